@@ -1,0 +1,18 @@
+// The subcommands of `landfix`. Each adds itself to the application with its options, help and examples; its callback does
+// the work and throws landfix::Error, which main() turns into a message and an exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace landfix::tools {
+
+void add_build(CLI::App& app);
+void add_info(CLI::App& app);
+void add_verify(CLI::App& app);
+void add_query(CLI::App& app);
+void add_keygen(CLI::App& app);
+void add_sign(CLI::App& app);
+void add_synth(CLI::App& app);
+void add_fly(CLI::App& app);
+
+}  // namespace landfix::tools
