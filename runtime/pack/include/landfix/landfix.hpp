@@ -1,0 +1,159 @@
+// C++20 face of landfix.h: the same functions with ownership, spans and results. Header only, so that the C ABI is the only one.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "landfix/landfix.h"
+
+namespace landfix {
+
+using Status = lf_status;
+
+/// A value, or the status that says why there is none.
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : value_(std::move(value)), status_(LF_OK) {}
+  Result(Status status) : status_(status) {}
+  explicit operator bool() const { return status_ == LF_OK; }
+  Status status() const { return status_; }
+  /// Sentence on what went wrong and what to do.
+  const char* text() const { return lf_status_text(status_); }
+  T& operator*() { return *value_; }
+  const T& operator*() const { return *value_; }
+  T* operator->() { return &*value_; }
+  const T* operator->() const { return &*value_; }
+
+ private:
+  std::optional<T> value_;
+  Status status_;
+};
+
+using PublicKey = std::array<uint8_t, 32>;
+
+struct OpenOptions {
+  bool copy = false;                         ///< read to memory instead of mapping
+  std::vector<PublicKey> trusted_keys = {};  ///< refuse what none of these signed
+};
+
+using Ellipse = lf_ellipse;
+using Region = lf_region;
+using Tile = lf_tile;
+
+struct Height {
+  double height_m = 0;             ///< above the ellipsoid
+  bool from_layer = false;         ///< false: the assumed plane
+};
+
+struct GridPosition {
+  double east_m = 0, north_m = 0, convergence_rad = 0, scale = 1;
+};
+
+struct GeodeticPosition {
+  double latitude_rad = 0, longitude_rad = 0, convergence_rad = 0, scale = 1;
+};
+
+/// An open pack. Moves, does not copy. All const members may be called from many threads.
+class Pack {
+ public:
+  static Result<Pack> open(const char* path, const OpenOptions& options = {}) {
+    const lf_open_options c = c_options(options);
+    lf_pack* pack = nullptr;
+    const Status status = lf_open(path, &c, &pack);
+    return status == LF_OK ? Result<Pack>(Pack(pack)) : Result<Pack>(status);
+  }
+  static Result<Pack> open_memory(std::span<const std::byte> bytes, const OpenOptions& options = {}) {
+    const lf_open_options c = c_options(options);
+    lf_pack* pack = nullptr;
+    const Status status = lf_open_memory(bytes.data(), bytes.size(), &c, &pack);
+    return status == LF_OK ? Result<Pack>(Pack(pack)) : Result<Pack>(status);
+  }
+  Pack(Pack&& other) noexcept : pack_(std::exchange(other.pack_, nullptr)) {}
+  Pack& operator=(Pack&& other) noexcept {
+    std::swap(pack_, other.pack_);
+    return *this;
+  }
+  ~Pack() { lf_close(pack_); }
+
+  const lf_pack* c_pack() const { return pack_; }
+
+  lf_info info() const {
+    lf_info i{};
+    lf_get_info(pack_, &i);
+    return i;
+  }
+  Result<uint32_t> find_layer(const char* name) const {
+    uint32_t layer;
+    const Status s = lf_find_layer(pack_, name, &layer);
+    return s == LF_OK ? Result<uint32_t>(layer) : Result<uint32_t>(s);
+  }
+  Result<lf_layer_info> layer(uint32_t index) const { return get<lf_layer_info>(lf_get_layer, index); }
+  Result<lf_level_info> level(uint32_t layer, uint32_t index) const { return get<lf_level_info>(lf_get_level, layer, index); }
+  Result<lf_source_info> source(uint32_t index) const { return get<lf_source_info>(lf_get_source, index); }
+
+  /// The region that a k-sigma ellipse asks for, at the coarsest level not coarser than `gsd_m`.
+  Result<Region> region(uint32_t layer, const Ellipse& ellipse, double gsd_m) const {
+    return get<Region>(lf_ellipse_region, layer, &ellipse, gsd_m);
+  }
+  Result<Region> box(uint32_t layer, double west_m, double south_m, double east_m, double north_m, double gsd_m) const {
+    return get<Region>(lf_box_region, layer, west_m, south_m, east_m, north_m, gsd_m);
+  }
+  Status read(const Region& region, std::span<uint8_t> out, size_t row_bytes) const {
+    return lf_read(pack_, &region, out.data(), row_bytes, out.size());
+  }
+  Status read_heights(const Region& region, std::span<float> out, size_t row_bytes) const {
+    return lf_read_heights(pack_, &region, out.data(), row_bytes, out.size_bytes());
+  }
+  Result<Tile> tile(uint32_t layer, int32_t level, int32_t x, int32_t y) const {
+    return get<Tile>(lf_tile_view, layer, level, x, y);
+  }
+  Status prepare(const Region& region, uint32_t flags = 0) const { return lf_prepare(pack_, &region, flags); }
+
+  Result<Height> height(double east_m, double north_m) const {
+    Height h;
+    lf_height_source source;
+    const Status s = lf_height(pack_, east_m, north_m, &h.height_m, &source);
+    if (s != LF_OK) return s;
+    h.from_layer = source == LF_HEIGHT_LAYER;
+    return h;
+  }
+  Result<double> undulation(double east_m, double north_m) const { return get<double>(lf_undulation, east_m, north_m); }
+  Result<GridPosition> grid_from_geodetic(double latitude_rad, double longitude_rad) const {
+    GridPosition g;
+    const Status s = lf_grid_from_geodetic(pack_, latitude_rad, longitude_rad, &g.east_m, &g.north_m, &g.convergence_rad, &g.scale);
+    return s == LF_OK ? Result<GridPosition>(g) : Result<GridPosition>(s);
+  }
+  Result<GeodeticPosition> geodetic_from_grid(double east_m, double north_m) const {
+    GeodeticPosition g;
+    const Status s =
+        lf_geodetic_from_grid(pack_, east_m, north_m, &g.latitude_rad, &g.longitude_rad, &g.convergence_rad, &g.scale);
+    return s == LF_OK ? Result<GeodeticPosition>(g) : Result<GeodeticPosition>(s);
+  }
+  /// Number of tiles checked.
+  Result<uint64_t> verify(bool deep) const { return get<uint64_t>(lf_verify_pack, int(deep)); }
+
+ private:
+  explicit Pack(lf_pack* pack) : pack_(pack) {}
+
+  static lf_open_options c_options(const OpenOptions& o) {
+    return {sizeof(lf_open_options), o.copy ? uint32_t(LF_OPEN_COPY) : 0u,
+            o.trusted_keys.empty() ? nullptr : reinterpret_cast<const uint8_t(*)[32]>(o.trusted_keys.data()), o.trusted_keys.size()};
+  }
+  template <typename T, typename Function, typename... Arguments>
+  Result<T> get(Function function, Arguments... arguments) const {
+    T value{};
+    const Status s = function(pack_, arguments..., &value);
+    return s == LF_OK ? Result<T>(std::move(value)) : Result<T>(s);
+  }
+
+  lf_pack* pack_ = nullptr;
+};
+
+}  // namespace landfix

@@ -1,0 +1,29 @@
+-- The journal of one build: `area.lfpack.build/catalog.sqlite`, beside `tiles.spool`, which holds the data of its tiles.
+-- It lives from the beginning of a build to its success, so a build that was stopped goes on where it was.
+
+-- One row: what is being built, from which bytes. A journal is continued only where this is equal.
+CREATE TABLE build (
+  fingerprint TEXT NOT NULL
+) STRICT;
+
+-- Finished jobs. A row is written in one transaction with the tiles of its job, after their data.
+CREATE TABLE job (
+  stage TEXT NOT NULL,      -- 'source', or the name of the layer whose coarser level the job makes
+  level INTEGER NOT NULL,   -- of the source window, or of the tiles made
+  key INTEGER NOT NULL,     -- Hilbert key of the block of tiles, or of the first tile
+  PRIMARY KEY (stage, level, key)
+) STRICT, WITHOUT ROWID;
+
+-- Finished tiles. Without a row here a finished job found no data.
+CREATE TABLE tile (
+  layer TEXT NOT NULL,
+  level INTEGER NOT NULL,
+  key INTEGER NOT NULL,     -- Hilbert key at the level
+  offset INTEGER NOT NULL,  -- of the data in tiles.spool
+  length INTEGER NOT NULL,
+  codec INTEGER NOT NULL,   -- as in schemas/FORMAT.md
+  value_offset REAL NOT NULL,
+  value_step REAL NOT NULL,
+  hash BLOB NOT NULL,       -- BLAKE2b-256 of the data
+  PRIMARY KEY (layer, level, key)
+) STRICT, WITHOUT ROWID;
