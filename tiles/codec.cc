@@ -24,14 +24,15 @@ std::vector<uint8_t> zstd_compress(std::span<const uint8_t> in, int level) {
   return out;
 }
 
-// Exactly out.size() bytes, or false.
+// One frame of exactly out.size() bytes, or false.
 bool zstd_decompress(std::span<const uint8_t> in, std::span<uint8_t> out) {
+  if (ZSTD_findFrameCompressedSize(in.data(), in.size()) != in.size()) return false;
   const size_t n = ZSTD_decompress(out.data(), out.size(), in.data(), in.size());
   return !ZSTD_isError(n) && n == out.size();
 }
 
-// i16 pixels as differences to their western neighbour (the first of a row to 0, modulo 2^16), low bytes first, then high bytes:
-// smooth heights become long runs of small bytes.
+// i16 pixels as differences to their western neighbour (the first of a row to 0, modulo 2^16), low bytes first, then
+// high bytes: smooth heights become long runs of small bytes.
 std::vector<uint8_t> split_differences(std::span<const uint8_t> pixels) {
   std::vector<uint8_t> out(pixels.size());
   for (size_t i = 0; i < kPixels; ++i) {
@@ -73,15 +74,17 @@ std::vector<uint8_t> encode_jpeg(const TileFormat& f, std::span<const uint8_t> p
   size_t valid = 0;
   for (size_t i = 0; i < kPixels; ++i)
     if (has_data(&pixels[i * f.channels], f)) mask[i / 8] |= uint8_t(1u << (i % 8)), ++valid;
-  const std::vector<uint8_t> coded_mask = valid == kPixels ? std::vector<uint8_t>{} : zstd_compress(mask, options.zstd_level);
+  const std::vector<uint8_t> coded_mask =
+      valid == kPixels ? std::vector<uint8_t>{} : zstd_compress(mask, options.zstd_level);
 
   TjHandle handle(tjInitCompress());
   if (!handle) return {};
   uint8_t* jpeg = nullptr;
   unsigned long jpeg_bytes = 0;
   const bool gray = f.channels == 1;
-  const int failed = tjCompress2(handle.get(), pixels.data(), kTilePixels, 0, kTilePixels, gray ? TJPF_GRAY : TJPF_RGB, &jpeg,
-                                 &jpeg_bytes, gray ? TJSAMP_GRAY : TJSAMP_420, options.jpeg_quality, TJFLAG_ACCURATEDCT);
+  const int failed =
+      tjCompress2(handle.get(), pixels.data(), kTilePixels, 0, kTilePixels, gray ? TJPF_GRAY : TJPF_RGB, &jpeg,
+                  &jpeg_bytes, gray ? TJSAMP_GRAY : TJSAMP_420, options.jpeg_quality, TJFLAG_ACCURATEDCT);
   std::unique_ptr<uint8_t, decltype(&tjFree)> owner(jpeg, &tjFree);
   if (failed) return {};
 
@@ -106,6 +109,9 @@ void apply_mask(const TileFormat& f, std::span<const uint8_t> mask, std::span<ui
   }
 }
 
+// A warning means that pixels were made up; scans are limited because a hostile progressive file can hold thousands.
+constexpr int kDecodeFlags = TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
+
 bool decode_jpeg(const TileFormat& f, std::span<const uint8_t> data, std::span<uint8_t> out) {
   if (data.size() < 4) return false;
   uint32_t mask_bytes;
@@ -119,11 +125,13 @@ bool decode_jpeg(const TileFormat& f, std::span<const uint8_t> data, std::span<u
   TjHandle handle(tjInitDecompress());
   if (!handle || data.empty()) return false;
   int width, height, subsampling, colorspace;
-  if (tjDecompressHeader3(handle.get(), data.data(), data.size(), &width, &height, &subsampling, &colorspace)) return false;
+  if (tjDecompressHeader3(handle.get(), data.data(), data.size(), &width, &height, &subsampling, &colorspace))
+    return false;
   if (width != kTilePixels || height != kTilePixels) return false;
   if ((colorspace == TJCS_GRAY) != (f.channels == 1)) return false;
   const int failed = tjDecompress2(handle.get(), data.data(), data.size(), out.data(), kTilePixels, 0, kTilePixels,
-                                   f.channels == 1 ? TJPF_GRAY : TJPF_RGB, TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING);
+                                   f.channels == 1 ? TJPF_GRAY : TJPF_RGB,
+                                   kDecodeFlags);
   if (failed) return false;
   apply_mask(f, mask, out);
   return true;
@@ -131,7 +139,8 @@ bool decode_jpeg(const TileFormat& f, std::span<const uint8_t> data, std::span<u
 
 }  // namespace
 
-std::vector<uint8_t> encode(Codec codec, const TileFormat& f, std::span<const uint8_t> pixels, const EncodeOptions& options) {
+std::vector<uint8_t> encode(Codec codec, const TileFormat& f, std::span<const uint8_t> pixels,
+                            const EncodeOptions& options) {
   if (pixels.size() != f.bytes()) return {};
   switch (codec) {
     case Codec::kRaw:
@@ -139,7 +148,8 @@ std::vector<uint8_t> encode(Codec codec, const TileFormat& f, std::span<const ui
     case Codec::kJpeg:
       return jpeg_serves(f) ? encode_jpeg(f, pixels, options) : std::vector<uint8_t>{};
     case Codec::kZstd:
-      if (f.type == PixelType::kI16 && f.channels == 1) return zstd_compress(split_differences(pixels), options.zstd_level);
+      if (f.type == PixelType::kI16 && f.channels == 1)
+        return zstd_compress(split_differences(pixels), options.zstd_level);
       return f.type == PixelType::kU8 ? zstd_compress(pixels, options.zstd_level) : std::vector<uint8_t>{};
   }
   return {};

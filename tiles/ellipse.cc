@@ -6,8 +6,8 @@
 namespace landfix::tiles {
 namespace {
 
-// Least value of the ellipse's quadratic form over a rectangle: inside it is 0, else it lies on an edge, where the form is a
-// parabola. The form is scaled by the determinant so that a degenerate covariance needs no inverse.
+// Least value of the ellipse's quadratic form over a rectangle: inside it is 0, else it lies on an edge, where the form
+// is a parabola. The form is scaled by the determinant so that a degenerate covariance needs no inverse.
 struct Form {
   double a, b, c, limit;  // a x^2 + 2 b x y + c y^2 <= limit
   double at(double x, double y) const { return (a * x + 2 * b * y) * x + c * y * y; }
@@ -39,8 +39,10 @@ std::optional<PixelRect> bounding_pixels(const Ellipse& e, int level) {
   if (level < kMinLevel || level > kMaxLevel || !is_valid(e)) return std::nullopt;
   const double gsd = gsd_of(level);
   const double half_e = e.k * std::sqrt(e.covariance.ee), half_n = e.k * std::sqrt(e.covariance.nn);
-  const auto west = int64_t(std::floor((e.east_m - half_e) / gsd)), east = int64_t(std::floor((e.east_m + half_e) / gsd));
-  const auto top = int64_t(std::floor(-(e.north_m + half_n) / gsd)), bottom = int64_t(std::floor(-(e.north_m - half_n) / gsd));
+  const auto west = int64_t(std::floor((e.east_m - half_e) / gsd)),
+             east = int64_t(std::floor((e.east_m + half_e) / gsd));
+  const auto top = int64_t(std::floor(-(e.north_m + half_n) / gsd)),
+             bottom = int64_t(std::floor(-(e.north_m - half_n) / gsd));
   return PixelRect{level, west, top, east - west + 1, bottom - top + 1};
 }
 

@@ -19,10 +19,12 @@ struct Ellipse {
   double k = 1;
 };
 
-/// Whether every number is finite, the covariance positive semi-definite (to rounding), k >= 0, and the ellipse in the grid's domain.
+/// Whether every number is finite, the covariance positive semi-definite (to rounding), k >= 0, and the ellipse in the
+/// grid's domain.
 bool is_valid(const Ellipse& ellipse);
 
-/// The pixels of `level` that the bounding box of the ellipse touches, at least one. nullopt where the ellipse is not valid.
+/// The pixels of `level` that the bounding box of the ellipse touches, at least one. nullopt where the ellipse is not
+/// valid.
 std::optional<PixelRect> bounding_pixels(const Ellipse& ellipse, int level);
 
 /// Whether the ellipse and the (closed) tile have a point in common. `ellipse` must be valid.

@@ -14,6 +14,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kUtmFalseEasting = 500e3, kUtmFalseNorthingSouth = 10000e3, kUpsFalse = 2000e3;
 constexpr double kFarthestLongitudeDeg = 60;
+constexpr double kInverseErrorM = 1e-3;
 
 double central_meridian_deg(const Zone& zone) { return 6.0 * zone.number - 183.0; }
 
@@ -44,20 +45,26 @@ std::optional<GridPoint> grid_from_geodetic(const Zone& zone, const Geodetic& p)
   const double from_meridian = std::remainder(longitude - central_meridian_deg(zone), 360.0);
   if (std::abs(from_meridian) > kFarthestLongitudeDeg) return std::nullopt;
   GeographicLib::TransverseMercator::UTM().Forward(0, latitude, from_meridian, east, north, convergence, scale);
-  return GridPoint{east + kUtmFalseEasting, north + (zone.north ? 0 : kUtmFalseNorthingSouth), convergence * kDegree, scale};
+  return GridPoint{east + kUtmFalseEasting, north + (zone.north ? 0 : kUtmFalseNorthingSouth), convergence * kDegree,
+                   scale};
 }
 
 std::optional<GeodeticPoint> geodetic_from_grid(const Zone& zone, double east_m, double north_m) {
   if (!is_valid(zone) || !(std::abs(east_m) < kDomainHalf) || !(std::abs(north_m) < kDomainHalf)) return std::nullopt;
   double latitude, longitude, convergence, scale;
   if (zone.number == 0) {
-    GeographicLib::PolarStereographic::UPS().Reverse(zone.north, east_m - kUpsFalse, north_m - kUpsFalse, latitude, longitude,
-                                                     convergence, scale);
+    GeographicLib::PolarStereographic::UPS().Reverse(zone.north, east_m - kUpsFalse, north_m - kUpsFalse, latitude,
+                                                     longitude, convergence, scale);
   } else {
     GeographicLib::TransverseMercator::UTM().Reverse(central_meridian_deg(zone), east_m - kUtmFalseEasting,
-                                                     north_m - (zone.north ? 0 : kUtmFalseNorthingSouth), latitude, longitude,
-                                                     convergence, scale);
+                                                     north_m - (zone.north ? 0 : kUtmFalseNorthingSouth), latitude,
+                                                     longitude, convergence, scale);
   }
+  // Far outside of where the projection is one to one, its inverse still answers something: believe only what leads
+  // back.
+  const auto forward = grid_from_geodetic(zone, {latitude * kDegree, longitude * kDegree});
+  if (!forward || std::hypot(forward->east_m - east_m, forward->north_m - north_m) > kInverseErrorM)
+    return std::nullopt;
   return GeodeticPoint{latitude * kDegree, longitude * kDegree, convergence * kDegree, scale};
 }
 

@@ -41,7 +41,8 @@ bool in_domain(const TileIndex& t) {
 }
 
 uint64_t hilbert_key(const TileIndex& t) {
-  // Built from the coarsest quadrant down, with the same first orientation at every level: so a parent's key is a prefix.
+  // Built from the coarsest quadrant down, with the same first orientation at every level: so a parent's key is a
+  // prefix.
   const int order = order_of(t.level);
   const uint32_t half = uint32_t(1) << (order - 1);
   uint32_t x = uint32_t(t.x) + half, y = uint32_t(t.y) + half;

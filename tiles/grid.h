@@ -2,8 +2,8 @@
 //
 // A level is a ground sample distance of 2^level metres. Global pixel (column, row) of a level covers easting
 // [column, column + 1) * gsd and northing (-(row + 1), -row] * gsd: rows run from north to south, as in an image.
-// A tile is 256x256 pixels; tile (x, y) covers easting [x, x + 1) * side and northing [y, y + 1) * side, side = 256 * gsd:
-// tile indices run east and north, as the grid does.
+// A tile is 256x256 pixels; tile (x, y) covers easting [x, x + 1) * side and northing [y, y + 1) * side, side = 256 *
+// gsd: tile indices run east and north, as the grid does.
 #pragma once
 
 #include <cmath>
@@ -14,9 +14,9 @@
 namespace landfix::tiles {
 
 inline constexpr int kTilePixels = 256;
-inline constexpr int kMinLevel = -10;       ///< 2^-10 m: about 1 mm
-inline constexpr int kMaxLevel = 13;        ///< 2^13 m
-inline constexpr int kDomainLog2 = 26;      ///< the grid spans 2^26 m, centred on the zone's origin
+inline constexpr int kMinLevel = -10;   ///< 2^-10 m: about 1 mm
+inline constexpr int kMaxLevel = 13;    ///< 2^13 m
+inline constexpr int kDomainLog2 = 26;  ///< the grid spans 2^26 m, centred on the zone's origin
 inline constexpr double kDomainHalf = 1 << (kDomainLog2 - 1);
 
 /// Metres per pixel of a level; `level` within [kMinLevel, kMaxLevel].
@@ -49,7 +49,8 @@ inline TileIndex tile_of_pixel(int level, int64_t column, int64_t row) {
 /// The tile at the next coarser level that contains `t`.
 inline TileIndex parent(const TileIndex& t) { return {t.level + 1, t.x >> 1, t.y >> 1}; }
 
-/// The four tiles of the next finer level inside `t`: `quadrant` 0 north-west, 1 north-east, 2 south-west, 3 south-east.
+/// The four tiles of the next finer level inside `t`: `quadrant` 0 north-west, 1 north-east, 2 south-west, 3
+/// south-east.
 inline TileIndex child(const TileIndex& t, int quadrant) {
   return {t.level - 1, t.x * 2 + (quadrant & 1), t.y * 2 + (quadrant < 2 ? 1 : 0)};
 }
@@ -57,8 +58,8 @@ inline TileIndex child(const TileIndex& t, int quadrant) {
 /// Whether a tile lies inside the grid's domain (and its level exists).
 bool in_domain(const TileIndex& t);
 
-/// Position of a tile on the Hilbert curve of its level. The curve covers the domain with 2^(18 - level) tiles a side and starts in
-/// the south-west; key(parent) == key(child) >> 2 at every level. `t` must be in the domain.
+/// Position of a tile on the Hilbert curve of its level. The curve covers the domain with 2^(18 - level) tiles a side
+/// and starts in the south-west; key(parent) == key(child) >> 2 at every level. `t` must be in the domain.
 uint64_t hilbert_key(const TileIndex& t);
 
 /// Inverse of hilbert_key.

@@ -25,7 +25,8 @@ lf_status open_with(const lf_open_options* options, lf_pack** out, Fill fill) {
   if (out == nullptr) return LF_INVALID_ARGUMENT;
   *out = nullptr;
   if (options != nullptr && options->struct_size < sizeof(lf_open_options)) return LF_INVALID_ARGUMENT;
-  if (options != nullptr && options->trusted_key_count > 0 && options->trusted_keys == nullptr) return LF_INVALID_ARGUMENT;
+  if (options != nullptr && options->trusted_key_count > 0 && options->trusted_keys == nullptr)
+    return LF_INVALID_ARGUMENT;
   std::unique_ptr<lf_pack> pack(new (std::nothrow) lf_pack);
   if (!pack) return LF_OUT_OF_MEMORY;
   const bool copy = options != nullptr && (options->flags & LF_OPEN_COPY);
@@ -48,7 +49,8 @@ const char* lf_status_text(lf_status status) {
     case LF_IO:
       return "the file cannot be opened or read; check its path and permissions";
     case LF_NOT_A_PACK:
-      return "not a landfix pack; if it was one, a text-mode transfer may have changed it: copy it again in binary mode";
+      return "not a landfix pack; if it was one, a text-mode transfer may have changed it: copy it again in binary "
+             "mode";
     case LF_UNKNOWN_VERSION:
       return "made by a newer landfix than this one reads; update landfix or rebuild the pack";
     case LF_TRUNCATED:
@@ -56,7 +58,8 @@ const char* lf_status_text(lf_status status) {
     case LF_DAMAGED:
       return "the file is damaged: a checksum or record is wrong; copy it again from the original or rebuild it";
     case LF_UNSIGNED:
-      return "the pack bears no signature, and only packs signed by a trusted key are accepted; sign it with 'landfix sign'";
+      return "the pack bears no signature, and only packs signed by a trusted key are accepted; sign it with 'landfix "
+             "sign'";
     case LF_UNTRUSTED:
       return "the pack's signature is wrong or made by none of the trusted keys; get it from a source that you trust";
     case LF_OUT_OF_MEMORY:
@@ -72,7 +75,8 @@ const char* lf_status_text(lf_status status) {
     case LF_REGION_TOO_LARGE:
       return "the region has too many pixels; ask for a smaller one or a coarser GSD";
     case LF_WRONG_TYPE:
-      return "the layer's pixels are of another type: heights are read with the call for heights, all else with the call for pixels";
+      return "the layer's pixels are of another type: heights are read with the call for heights, all else with the "
+             "call for pixels";
     case LF_END:
       return "no more tiles";
   }
@@ -168,13 +172,14 @@ lf_status lf_get_parameter(const lf_pack* pack, uint32_t index, const char** nam
   return LF_OK;
 }
 
-lf_status lf_ellipse_region(const lf_pack* pack, uint32_t layer, const lf_ellipse* ellipse, double gsd_m, lf_region* region) {
+lf_status lf_ellipse_region(const lf_pack* pack, uint32_t layer, const lf_ellipse* ellipse, double gsd_m,
+                            lf_region* region) {
   if (pack == nullptr || ellipse == nullptr || region == nullptr) return LF_INVALID_ARGUMENT;
   return landfix::pack::ellipse_region(*pack, layer, ellipse_of(*ellipse), gsd_m, *region);
 }
 
-lf_status lf_box_region(const lf_pack* pack, uint32_t layer, double west_m, double south_m, double east_m, double north_m,
-                        double gsd_m, lf_region* region) {
+lf_status lf_box_region(const lf_pack* pack, uint32_t layer, double west_m, double south_m, double east_m,
+                        double north_m, double gsd_m, lf_region* region) {
   if (pack == nullptr || region == nullptr) return LF_INVALID_ARGUMENT;
   return landfix::pack::box_region(*pack, layer, {west_m, south_m, east_m, north_m}, gsd_m, *region);
 }
@@ -184,7 +189,8 @@ lf_status lf_read(const lf_pack* pack, const lf_region* region, void* out, size_
   return landfix::pack::read_pixels(*pack, *region, static_cast<uint8_t*>(out), row_bytes, out_bytes);
 }
 
-lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* out, size_t row_bytes, size_t out_bytes) {
+lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* out, size_t row_bytes,
+                          size_t out_bytes) {
   if (pack == nullptr || region == nullptr || out == nullptr) return LF_INVALID_ARGUMENT;
   return landfix::pack::read_values(*pack, *region, out, row_bytes, out_bytes);
 }
@@ -194,7 +200,8 @@ lf_status lf_tile_view(const lf_pack* pack, uint32_t layer, int32_t level, int32
   return landfix::pack::tile_view(*pack, layer, {level, x, y}, *tile);
 }
 
-lf_status lf_next_tile(const lf_pack* pack, const lf_region* region, const lf_ellipse* ellipse, uint64_t* cursor, lf_tile* tile) {
+lf_status lf_next_tile(const lf_pack* pack, const lf_region* region, const lf_ellipse* ellipse, uint64_t* cursor,
+                       lf_tile* tile) {
   if (pack == nullptr || region == nullptr || cursor == nullptr || tile == nullptr) return LF_INVALID_ARGUMENT;
   if (ellipse == nullptr) return landfix::pack::next_tile(*pack, *region, nullptr, *cursor, *tile);
   const Ellipse e = ellipse_of(*ellipse);
@@ -222,8 +229,8 @@ lf_status lf_undulation(const lf_pack* pack, double east_m, double north_m, doub
   return landfix::pack::undulation(*pack, east_m, north_m, *undulation_m);
 }
 
-lf_status lf_grid_from_geodetic(const lf_pack* pack, double latitude_rad, double longitude_rad, double* east_m, double* north_m,
-                                double* convergence_rad, double* scale) {
+lf_status lf_grid_from_geodetic(const lf_pack* pack, double latitude_rad, double longitude_rad, double* east_m,
+                                double* north_m, double* convergence_rad, double* scale) {
   if (pack == nullptr || east_m == nullptr || north_m == nullptr) return LF_INVALID_ARGUMENT;
   const auto g = landfix::tiles::grid_from_geodetic(zone_of(*pack), {latitude_rad, longitude_rad});
   if (!g) return LF_INVALID_ARGUMENT;
@@ -232,8 +239,8 @@ lf_status lf_grid_from_geodetic(const lf_pack* pack, double latitude_rad, double
   return LF_OK;
 }
 
-lf_status lf_geodetic_from_grid(const lf_pack* pack, double east_m, double north_m, double* latitude_rad, double* longitude_rad,
-                                double* convergence_rad, double* scale) {
+lf_status lf_geodetic_from_grid(const lf_pack* pack, double east_m, double north_m, double* latitude_rad,
+                                double* longitude_rad, double* convergence_rad, double* scale) {
   if (pack == nullptr || latitude_rad == nullptr || longitude_rad == nullptr) return LF_INVALID_ARGUMENT;
   const auto g = landfix::tiles::geodetic_from_grid(zone_of(*pack), east_m, north_m);
   if (!g) return LF_INVALID_ARGUMENT;

@@ -54,14 +54,18 @@ lf_status check_block(const lf_pack& pack, const schema::BlockRecord& block, int
   return block.last_key >> key_bits == 0 ? LF_OK : LF_DAMAGED;
 }
 
+// Whether every i16 pixel has a finite value.
+bool has_finite_values(const schema::TileRecord& r) {
+  return r.value_step > 0 && std::isfinite(r.value_offset + r.value_step * float(INT16_MIN)) &&
+         std::isfinite(r.value_offset + r.value_step * float(INT16_MAX));
+}
+
 lf_status check_record(const lf_pack& pack, const tiles::TileFormat& format, const schema::TileRecord& r) {
   if (r.length > schema::kMaxTileBytes || !inside(r.offset, r.length, pack.mapping.size())) return LF_DAMAGED;
   if (r.codec > uint8_t(tiles::Codec::kZstd)) return LF_UNKNOWN_VERSION;
-  if (r.codec == uint8_t(tiles::Codec::kRaw) && (r.length != format.bytes() || r.offset % schema::kPageSize != 0)) return LF_DAMAGED;
-  if (format.type == tiles::PixelType::kI16 &&
-      !(std::isfinite(r.value_offset) && std::isfinite(r.value_step) && r.value_step > 0))
+  if (r.codec == uint8_t(tiles::Codec::kRaw) && (r.length != format.bytes() || r.offset % schema::kPageSize != 0))
     return LF_DAMAGED;
-  return LF_OK;
+  return format.type != tiles::PixelType::kI16 || has_finite_values(r) ? LF_OK : LF_DAMAGED;
 }
 
 }  // namespace
@@ -87,12 +91,14 @@ lf_status lf_pack::find_tile(const Level& level, const TileIndex& tile, size_t& 
   if (!landfix::tiles::in_domain(tile)) return LF_OUTSIDE_MAP;
   const uint64_t key = landfix::tiles::hilbert_key(tile);
   const auto run = blocks.subspan(level.first_block, level.block_count);
-  const auto block = std::lower_bound(run.begin(), run.end(), key, [](const BlockRecord& b, uint64_t k) { return b.last_key < k; });
+  const auto block =
+      std::lower_bound(run.begin(), run.end(), key, [](const BlockRecord& b, uint64_t k) { return b.last_key < k; });
   if (block == run.end() || block->first_key > key) return LF_OUTSIDE_MAP;
   const auto index = uint32_t(block - blocks.begin());
   std::span<const TileRecord> records;
   if (const lf_status s = block_records(index, level.level, records); s != LF_OK) return s;
-  const auto found = std::lower_bound(records.begin(), records.end(), key, [](const TileRecord& r, uint64_t k) { return r.key < k; });
+  const auto found =
+      std::lower_bound(records.begin(), records.end(), key, [](const TileRecord& r, uint64_t k) { return r.key < k; });
   if (found == records.end() || found->key != key) return LF_OUTSIDE_MAP;
   slot = size_t(index) * landfix::schema::kBlockTiles + size_t(found - records.begin());
   record = &*found;
@@ -137,7 +143,8 @@ lf_status lf_pack::prepare_tile(const Layer& layer, const Level& level, const Ti
   const size_t bytes = layer.format.bytes();
   auto* pixels = static_cast<uint8_t*>(std::malloc(bytes));
   if (pixels == nullptr) return LF_OUT_OF_MEMORY;
-  if (!landfix::tiles::decode(landfix::tiles::Codec(r->codec), layer.format, {mapping.data() + r->offset, r->length}, {pixels, bytes})) {
+  if (!landfix::tiles::decode(landfix::tiles::Codec(r->codec), layer.format, {mapping.data() + r->offset, r->length},
+                              {pixels, bytes})) {
     std::free(pixels);
     return LF_DAMAGED;
   }

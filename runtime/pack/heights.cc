@@ -24,7 +24,8 @@ lf_status height_pixel(const lf_pack& pack, const Level& level, int64_t column, 
   return LF_OK;
 }
 
-// Bilinear between the four pixel centres around a point. Pixels without data drop out as long as the others carry half the weight.
+// Bilinear between the four pixel centres around a point. Pixels without data drop out as long as the others carry half
+// the weight.
 lf_status height_at_level(const lf_pack& pack, const Level& level, double east_m, double north_m, double& height_m) {
   const double gsd = tiles::gsd_of(level.level);
   const double x = east_m / gsd - 0.5, y = -north_m / gsd - 0.5;
@@ -58,7 +59,8 @@ lf_status height(const lf_pack& pack, double east_m, double north_m, double& hei
     return s;
   }
   const schema::Bounds& b = *pack.manifest->bounds();
-  if (east_m < b.west_m() || east_m > b.east_m() || north_m < b.south_m() || north_m > b.north_m()) return LF_OUTSIDE_MAP;
+  if (east_m < b.west_m() || east_m > b.east_m() || north_m < b.south_m() || north_m > b.north_m())
+    return LF_OUTSIDE_MAP;
   height_m = pack.manifest->plane_height_m();
   source = LF_HEIGHT_PLANE;
   return LF_OK;

@@ -39,7 +39,8 @@ Mapping::~Mapping() {
 }
 
 lf_status Mapping::open(const char* path, bool copy) {
-  const Descriptor file{::open(path, O_RDONLY | O_CLOEXEC)};
+  // O_NONBLOCK: a pipe by this name is refused below instead of waited for. It means nothing for files.
+  const Descriptor file{::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   struct stat info {};
   if (file.fd < 0 || fstat(file.fd, &info) != 0) return LF_IO;
   if (!S_ISREG(info.st_mode)) return LF_NOT_A_PACK;

@@ -1,6 +1,7 @@
 // Opening: everything that is checked before a pack answers its first question (FORMAT.md section 4.1).
 #include <sodium.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <new>
@@ -45,7 +46,8 @@ lf_status check_signature(const Header& h, std::span<const uint8_t[32]> keys) {
 bool check_geoid(const schema::Geoid& g) {
   const uint64_t nodes = uint64_t(g.columns()) * g.rows();
   return g.columns() >= 2 && g.rows() >= 2 && g.undulation_m()->size() == nodes && std::isfinite(g.west_m()) &&
-         std::isfinite(g.south_m()) && std::isfinite(g.spacing_m()) && g.spacing_m() > 0;
+         std::isfinite(g.south_m()) && std::isfinite(g.spacing_m()) && g.spacing_m() > 0 &&
+         std::all_of(g.undulation_m()->begin(), g.undulation_m()->end(), [](float v) { return std::isfinite(v); });
 }
 
 lf_status check_manifest(const schema::Manifest& m) {
@@ -82,21 +84,24 @@ lf_status load_layer(const schema::Layer& in, std::span<const schema::BlockRecor
     if (!inside(l->first_block(), l->block_count(), blocks.size())) return LF_DAMAGED;
     for (uint32_t i = 0; i < l->block_count(); ++i) {
       const schema::BlockRecord& b = blocks[l->first_block() + i];
-      if (b.first_key > b.last_key || (i > 0 && blocks[l->first_block() + i - 1].last_key >= b.first_key)) return LF_DAMAGED;
+      if (b.first_key > b.last_key || (i > 0 && blocks[l->first_block() + i - 1].last_key >= b.first_key))
+        return LF_DAMAGED;
     }
     out.levels[out.level_count++] = {l->level(), l->first_block(), l->block_count(), l->tile_count()};
   }
   return LF_OK;
 }
 
-// A slot must belong to one level: the checked bits and the cache depend on the format that the slot was first used with.
+// A slot must belong to one level: the checked bits and the cache depend on the format that the slot was first used
+// with.
 bool runs_overlap(const Layer* layers, uint32_t count) {
   for (uint32_t i = 0; i < count; ++i)
     for (uint32_t a = 0; a < layers[i].level_count; ++a)
       for (uint32_t j = i; j < count; ++j)
         for (uint32_t b = j == i ? a + 1 : 0; b < layers[j].level_count; ++b) {
           const Level &p = layers[i].levels[a], &q = layers[j].levels[b];
-          if (p.first_block < uint64_t(q.first_block) + q.block_count && q.first_block < uint64_t(p.first_block) + p.block_count)
+          if (p.first_block < uint64_t(q.first_block) + q.block_count &&
+              q.first_block < uint64_t(p.first_block) + p.block_count)
             return true;
         }
   return false;
@@ -112,7 +117,8 @@ lf_status load_layers(lf_pack& pack) {
     for (uint32_t i = 0; i < pack.layer_count; ++i)
       if (std::strcmp(pack.layers[i].name, layer.name) == 0) return LF_DAMAGED;
     ++pack.layer_count;
-    if (std::strcmp(layer.name, "height") == 0 && layer.format.type == tiles::PixelType::kI16) pack.height_layer = &layer;
+    if (std::strcmp(layer.name, "height") == 0 && layer.format.type == tiles::PixelType::kI16)
+      pack.height_layer = &layer;
   }
   return runs_overlap(pack.layers.get(), pack.layer_count) ? LF_DAMAGED : LF_OK;
 }
@@ -131,7 +137,8 @@ lf_status lf_pack::load(std::span<const uint8_t[32]> keys) {
   using namespace landfix;
   const uint8_t* data = mapping.data();
   const size_t size = mapping.size();
-  if (size < sizeof schema::kMagic || std::memcmp(data, schema::kMagic, sizeof schema::kMagic) != 0) return LF_NOT_A_PACK;
+  if (size < sizeof schema::kMagic || std::memcmp(data, schema::kMagic, sizeof schema::kMagic) != 0)
+    return LF_NOT_A_PACK;
   if (size < sizeof header) return LF_TRUNCATED;
   if (sodium_init() < 0) return LF_OUT_OF_MEMORY;
   std::memcpy(&header, data, sizeof header);

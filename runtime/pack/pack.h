@@ -19,7 +19,9 @@ inline constexpr uint32_t kMaxLayers = 64, kMaxLevels = tiles::kMaxLevel - tiles
 schema::Hash hash_of(const void* data, size_t size);
 
 /// Whether [offset, offset + length) lies inside [0, size), without overflow.
-inline bool inside(uint64_t offset, uint64_t length, uint64_t size) { return length <= size && offset <= size - length; }
+inline bool inside(uint64_t offset, uint64_t length, uint64_t size) {
+  return length <= size && offset <= size - length;
+}
 
 struct Level {
   int level = 0;
@@ -92,11 +94,13 @@ struct lf_pack {
   lf_status tile_pixels(const landfix::pack::Layer& layer, size_t slot, const landfix::schema::TileRecord& record,
                         const uint8_t*& pixels) const;
   /// find_tile and tile_pixels in one; `record` may be wanted for its value offset and step.
-  lf_status pixels_of(const landfix::pack::Layer& layer, const landfix::pack::Level& level, const landfix::tiles::TileIndex& tile,
-                      const uint8_t*& pixels, const landfix::schema::TileRecord*& record) const;
+  lf_status pixels_of(const landfix::pack::Layer& layer, const landfix::pack::Level& level,
+                      const landfix::tiles::TileIndex& tile, const uint8_t*& pixels,
+                      const landfix::schema::TileRecord*& record) const;
   /// Verifies, and decodes or copies to memory where the codec or `copy` asks for it.
-  lf_status prepare_tile(const landfix::pack::Layer& layer, const landfix::pack::Level& level, const landfix::tiles::TileIndex& tile,
-                         bool copy) const;
+  lf_status prepare_tile(const landfix::pack::Layer& layer, const landfix::pack::Level& level,
+                         const landfix::tiles::TileIndex& tile, bool copy) const;
   /// The layer and level of a region, after checking every number of it.
-  lf_status resolve(const lf_region& region, const landfix::pack::Layer*& layer, const landfix::pack::Level*& level) const;
+  lf_status resolve(const lf_region& region, const landfix::pack::Layer*& layer,
+                    const landfix::pack::Level*& level) const;
 };

@@ -10,12 +10,14 @@ struct Box {
   double west_m, south_m, east_m, north_m;
 };
 
-lf_status ellipse_region(const lf_pack& pack, uint32_t layer, const tiles::Ellipse& ellipse, double gsd_m, lf_region& out);
+lf_status ellipse_region(const lf_pack& pack, uint32_t layer, const tiles::Ellipse& ellipse, double gsd_m,
+                         lf_region& out);
 lf_status box_region(const lf_pack& pack, uint32_t layer, const Box& box, double gsd_m, lf_region& out);
 lf_status read_pixels(const lf_pack& pack, const lf_region& region, uint8_t* out, size_t row_bytes, size_t out_bytes);
 lf_status read_values(const lf_pack& pack, const lf_region& region, float* out, size_t row_bytes, size_t out_bytes);
 lf_status tile_view(const lf_pack& pack, uint32_t layer, const tiles::TileIndex& index, lf_tile& out);
-lf_status next_tile(const lf_pack& pack, const lf_region& region, const tiles::Ellipse* ellipse, uint64_t& cursor, lf_tile& out);
+lf_status next_tile(const lf_pack& pack, const lf_region& region, const tiles::Ellipse* ellipse, uint64_t& cursor,
+                    lf_tile& out);
 lf_status prepare(const lf_pack& pack, const lf_region& region, bool copy);
 lf_status height(const lf_pack& pack, double east_m, double north_m, double& height_m, lf_height_source& source);
 lf_status undulation(const lf_pack& pack, double east_m, double north_m, double& undulation_m);

@@ -60,14 +60,16 @@ struct Overlap {
 
 Overlap overlap_of(const lf_region& r, const TileIndex& t) {
   const int64_t column = tiles::first_column(t), row = tiles::first_row(t);
-  const int64_t x0 = std::max(column, r.first_column), x1 = std::min(column + kTilePixels, r.first_column + int64_t(r.width));
+  const int64_t x0 = std::max(column, r.first_column),
+                x1 = std::min(column + kTilePixels, r.first_column + int64_t(r.width));
   const int64_t y0 = std::max(row, r.first_row), y1 = std::min(row + kTilePixels, r.first_row + int64_t(r.height));
   return {x0 - column, y0 - row, x0 - r.first_column, y0 - r.first_row, x1 - x0, y1 - y0};
 }
 
 // Calls visit(overlap, pixels or null where there is no tile, record) for every tile of the region.
 template <typename Visit>
-lf_status for_each_tile(const lf_pack& pack, const Layer& layer, const Level& level, const lf_region& region, Visit visit) {
+lf_status for_each_tile(const lf_pack& pack, const Layer& layer, const Level& level, const lf_region& region,
+                        Visit visit) {
   const TileRange range = tiles::tiles_of(rect_of(region));
   for (int32_t y = range.y_max; y >= range.y_min; --y)
     for (int32_t x = range.x_min; x <= range.x_max; ++x) {
@@ -89,7 +91,8 @@ lf_status check_buffer(const lf_region& r, size_t pixel_bytes, size_t row_bytes,
 
 }  // namespace
 
-lf_status ellipse_region(const lf_pack& pack, uint32_t layer, const tiles::Ellipse& ellipse, double gsd_m, lf_region& out) {
+lf_status ellipse_region(const lf_pack& pack, uint32_t layer, const tiles::Ellipse& ellipse, double gsd_m,
+                         lf_region& out) {
   if (layer >= pack.layer_count || !(gsd_m > 0)) return LF_INVALID_ARGUMENT;
   const auto rect = tiles::bounding_pixels(ellipse, choose_level(pack.layers[layer], gsd_m).level);
   return rect ? make_region(pack, layer, *rect, out) : LF_INVALID_ARGUMENT;
@@ -136,18 +139,20 @@ lf_status read_values(const lf_pack& pack, const lf_region& region, float* out, 
   if (row_bytes % sizeof(float) != 0) return LF_INVALID_ARGUMENT;
   if (const lf_status s = check_buffer(region, sizeof(float), row_bytes, out_bytes); s != LF_OK) return s;
   const int16_t nodata = layer->format.nodata;
-  return for_each_tile(pack, *layer, *level, region, [&](const Overlap& o, const uint8_t* tile, const TileRecord* record) {
-    for (int64_t y = 0; y < o.height; ++y) {
-      float* to = out + size_t(o.region_row + y) * (row_bytes / sizeof(float)) + o.region_column;
-      if (tile == nullptr) {
-        std::fill_n(to, o.width, std::numeric_limits<float>::quiet_NaN());
-        continue;
-      }
-      const auto* from = reinterpret_cast<const int16_t*>(tile) + (o.tile_row + y) * kTilePixels + o.tile_column;
-      for (int64_t x = 0; x < o.width; ++x)
-        to[x] = from[x] == nodata ? std::numeric_limits<float>::quiet_NaN() : record->value_offset + record->value_step * from[x];
-    }
-  });
+  return for_each_tile(
+      pack, *layer, *level, region, [&](const Overlap& o, const uint8_t* tile, const TileRecord* record) {
+        for (int64_t y = 0; y < o.height; ++y) {
+          float* to = out + size_t(o.region_row + y) * (row_bytes / sizeof(float)) + o.region_column;
+          if (tile == nullptr) {
+            std::fill_n(to, o.width, std::numeric_limits<float>::quiet_NaN());
+            continue;
+          }
+          const auto* from = reinterpret_cast<const int16_t*>(tile) + (o.tile_row + y) * kTilePixels + o.tile_column;
+          for (int64_t x = 0; x < o.width; ++x)
+            to[x] = from[x] == nodata ? std::numeric_limits<float>::quiet_NaN()
+                                      : record->value_offset + record->value_step * from[x];
+        }
+      });
 }
 
 lf_status tile_view(const lf_pack& pack, uint32_t layer_index, const TileIndex& index, lf_tile& out) {
@@ -172,7 +177,8 @@ lf_status tile_view(const lf_pack& pack, uint32_t layer_index, const TileIndex& 
   return LF_OK;
 }
 
-lf_status next_tile(const lf_pack& pack, const lf_region& region, const tiles::Ellipse* ellipse, uint64_t& cursor, lf_tile& out) {
+lf_status next_tile(const lf_pack& pack, const lf_region& region, const tiles::Ellipse* ellipse, uint64_t& cursor,
+                    lf_tile& out) {
   const Layer* layer;
   const Level* level;
   if (const lf_status s = pack.resolve(region, layer, level); s != LF_OK) return s;
@@ -180,7 +186,8 @@ lf_status next_tile(const lf_pack& pack, const lf_region& region, const tiles::E
   const TileRange range = tiles::tiles_of(rect_of(region));
   const auto columns = uint64_t(range.x_max - range.x_min + 1), rows = uint64_t(range.y_max - range.y_min + 1);
   while (cursor < columns * rows) {
-    const TileIndex tile{region.level, range.x_min + int32_t(cursor % columns), range.y_max - int32_t(cursor / columns)};
+    const TileIndex tile{region.level, range.x_min + int32_t(cursor % columns),
+                         range.y_max - int32_t(cursor / columns)};
     ++cursor;
     if (ellipse != nullptr && !tiles::touches(*ellipse, tile)) continue;
     const lf_status s = tile_view(pack, region.layer, tile, out);

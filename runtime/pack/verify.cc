@@ -11,7 +11,8 @@ namespace {
 
 using schema::TileRecord;
 
-// Collects what is used of the file and finds bytes between that are not zero. Grows by malloc: memory may run out without exceptions.
+// Collects what is used of the file and finds bytes between that are not zero. Grows by malloc: memory may run out
+// without exceptions.
 class Extents {
  public:
   ~Extents() { std::free(items_); }
@@ -49,16 +50,19 @@ bool is_zero(const void* data, size_t size) {
   return std::all_of(bytes, bytes + size, [](uint8_t b) { return b == 0; });
 }
 
-lf_status verify_tile(const lf_pack& pack, const Layer& layer, size_t slot, const TileRecord& r, bool deep, uint8_t* scratch) {
+lf_status verify_tile(const lf_pack& pack, const Layer& layer, size_t slot, const TileRecord& r, bool deep,
+                      uint8_t* scratch) {
   if (const lf_status s = pack.check_tile(layer, slot, r); s != LF_OK) return s;
   if (!deep) return LF_OK;
   if (!is_zero(r.reserved, sizeof r.reserved)) return LF_DAMAGED;
   const uint8_t* data = pack.mapping.data() + r.offset;
-  return tiles::decode(tiles::Codec(r.codec), layer.format, {data, r.length}, {scratch, layer.format.bytes()}) ? LF_OK : LF_DAMAGED;
+  return tiles::decode(tiles::Codec(r.codec), layer.format, {data, r.length}, {scratch, layer.format.bytes()})
+             ? LF_OK
+             : LF_DAMAGED;
 }
 
-lf_status verify_level(const lf_pack& pack, const Layer& layer, const Level& level, bool deep, uint8_t* scratch, Extents& used,
-                       uint64_t& tiles) {
+lf_status verify_level(const lf_pack& pack, const Layer& layer, const Level& level, bool deep, uint8_t* scratch,
+                       Extents& used, uint64_t& tiles) {
   uint64_t in_level = 0;
   for (uint32_t i = 0; i < level.block_count; ++i) {
     const uint32_t block = level.first_block + i;
@@ -96,7 +100,8 @@ lf_status verify(const lf_pack& pack, bool deep, uint64_t& tiles) {
     const std::unique_ptr<uint8_t[]> scratch(new (std::nothrow) uint8_t[layer.format.bytes()]);
     if (!scratch) return LF_OUT_OF_MEMORY;
     for (uint32_t k = 0; k < layer.level_count; ++k) {
-      if (const lf_status s = verify_level(pack, layer, layer.levels[k], deep, scratch.get(), used, tiles); s != LF_OK) return s;
+      if (const lf_status s = verify_level(pack, layer, layer.levels[k], deep, scratch.get(), used, tiles); s != LF_OK)
+        return s;
       known_blocks += layer.levels[k].block_count;
     }
   }

@@ -1,13 +1,14 @@
 /* landfix runtime: memory-maps a map pack and answers questions about the ground below. Plain C, for any language.
  *
- * Units: metres, radians. Frames: easting and northing on the grid of the pack's UTM or UPS zone (WGS84); heights above the WGS84
- * ellipsoid. Rows of images run from north to south.
+ * Units: metres, radians. Frames: easting and northing on the grid of the pack's UTM or UPS zone (WGS84); heights above
+ * the WGS84 ellipsoid. Rows of images run from north to south.
  *
  * Threads: any number of threads may call any function on one pack at the same time, except lf_close.
- * Memory: after lf_open, no function allocates, locks or does I/O (but for page faults of the mapping), except lf_prepare, which decodes
- * compressed tiles, and lf_sign, lf_keygen and lf_verify_pack. Raw layers need no lf_prepare.
+ * Memory: after lf_open, no function allocates, locks or does I/O (but for page faults of the mapping), except
+ * lf_prepare, which decodes compressed tiles, and lf_sign, lf_keygen and lf_verify_pack. Raw layers need no lf_prepare.
  * Errors: every function that can fail returns lf_status; outputs are written only on LF_OK unless said otherwise.
- * The file of a mapped pack must not be changed or cut while it is open; where that cannot be guaranteed, open with LF_OPEN_COPY.
+ * The file of a mapped pack must not be changed or cut while it is open; where that cannot be guaranteed, open with
+ * LF_OPEN_COPY.
  */
 #ifndef LANDFIX_LANDFIX_H
 #define LANDFIX_LANDFIX_H
@@ -30,22 +31,22 @@ extern "C" {
 
 typedef enum lf_status {
   LF_OK = 0,
-  LF_INVALID_ARGUMENT = 1,    /* null pointer, NaN, covariance that is none, unknown layer index */
-  LF_IO = 2,                  /* the file cannot be opened, read or mapped; errno is kept */
-  LF_NOT_A_PACK = 3,          /* the file does not begin as a pack does */
-  LF_UNKNOWN_VERSION = 4,     /* made by a newer landfix: update this library */
-  LF_TRUNCATED = 5,           /* the file's length is not what its header says */
-  LF_DAMAGED = 6,             /* a hash, an offset or a record is wrong */
-  LF_UNSIGNED = 7,            /* trusted keys were given, and the pack bears no signature */
-  LF_UNTRUSTED = 8,           /* signed by none of the trusted keys, or the signature is wrong */
+  LF_INVALID_ARGUMENT = 1, /* null pointer, NaN, covariance that is none, unknown layer index */
+  LF_IO = 2,               /* the file cannot be opened, read or mapped; errno is kept */
+  LF_NOT_A_PACK = 3,       /* the file does not begin as a pack does */
+  LF_UNKNOWN_VERSION = 4,  /* made by a newer landfix: update this library */
+  LF_TRUNCATED = 5,        /* the file's length is not what its header says */
+  LF_DAMAGED = 6,          /* a hash, an offset or a record is wrong */
+  LF_UNSIGNED = 7,         /* trusted keys were given, and the pack bears no signature */
+  LF_UNTRUSTED = 8,        /* signed by none of the trusted keys, or the signature is wrong */
   LF_OUT_OF_MEMORY = 9,
-  LF_NO_SUCH_LAYER = 10,      /* the pack has no layer of this name, or none of the wanted kind */
-  LF_OUTSIDE_MAP = 11,        /* the pack has no data there */
-  LF_NOT_PREPARED = 12,       /* the layer is compressed there: call lf_prepare for the region first */
+  LF_NO_SUCH_LAYER = 10, /* the pack has no layer of this name, or none of the wanted kind */
+  LF_OUTSIDE_MAP = 11,   /* the pack has no data there */
+  LF_NOT_PREPARED = 12,  /* the layer is compressed there: call lf_prepare for the region first */
   LF_BUFFER_TOO_SMALL = 13,
-  LF_REGION_TOO_LARGE = 14,   /* more than LF_MAX_REGION_PIXELS: ask with a coarser gsd_m or a smaller ellipse */
-  LF_WRONG_TYPE = 15,         /* lf_read of heights, or lf_read_heights of pixels */
-  LF_END = 16                 /* of an iteration */
+  LF_REGION_TOO_LARGE = 14, /* more than LF_MAX_REGION_PIXELS: ask with a coarser gsd_m or a smaller ellipse */
+  LF_WRONG_TYPE = 15,       /* lf_read of heights, or lf_read_heights of pixels */
+  LF_END = 16               /* of an iteration */
 } lf_status;
 
 #define LF_MAX_REGION_PIXELS (1u << 28)
@@ -58,41 +59,42 @@ LF_API const char* lf_status_text(lf_status status);
 LF_API const char* lf_version(void);
 LF_API uint32_t lf_abi_version(void);
 
-/* --- opening ----------------------------------------------------------------------------------------------------------- */
+/* --- opening --- */
 
 enum { LF_OPEN_COPY = 1 /* read the whole file to memory instead of mapping it */ };
 
 typedef struct lf_open_options {
-  uint32_t struct_size;                /* sizeof(lf_open_options) */
-  uint32_t flags;                      /* LF_OPEN_* */
-  const uint8_t (*trusted_keys)[32];   /* Ed25519 public keys; with any given, a pack signed by none of them is refused */
+  uint32_t struct_size;              /* sizeof(lf_open_options) */
+  uint32_t flags;                    /* LF_OPEN_* */
+  const uint8_t (*trusted_keys)[32]; /* Ed25519 public keys; with any given, a pack signed by none of them is refused */
   size_t trusted_key_count;
 } lf_open_options;
 
-/* Opens a pack: checks header, manifest and block table, and the signature where keys are given. `options` may be null. */
+/* Opens a pack: checks header, manifest and block table, and the signature where keys are given. `options` may be null.
+ */
 LF_API lf_status lf_open(const char* path, const lf_open_options* options, lf_pack** pack);
 /* The same for bytes in memory, 8-byte aligned, which must stay as they are until lf_close. */
 LF_API lf_status lf_open_memory(const void* data, size_t size, const lf_open_options* options, lf_pack** pack);
 /* Frees the pack and everything that points into it. Null is allowed. */
 LF_API void lf_close(lf_pack* pack);
 
-/* --- what is in it ----------------------------------------------------------------------------------------------------- */
+/* --- what is in it --- */
 /* Strings point into the pack and live until lf_close; they are never null (absent ones are empty). */
 
 typedef struct lf_info {
   uint16_t version_major, version_minor;
-  uint8_t zone;                     /* 1 to 60: UTM; 0: UPS */
-  uint8_t north;                    /* 1: northern hemisphere */
-  uint8_t is_signed;                /* bears a signature (checked only against trusted keys) */
-  uint8_t has_heights;              /* 0: lf_height answers the assumed plane everywhere */
+  uint8_t zone;        /* 1 to 60: UTM; 0: UPS */
+  uint8_t north;       /* 1: northern hemisphere */
+  uint8_t is_signed;   /* bears a signature (checked only against trusted keys) */
+  uint8_t has_heights; /* 0: lf_height answers the assumed plane everywhere */
   uint32_t layer_count, source_count, parameter_count;
   double west_m, south_m, east_m, north_m;
-  double plane_height_m;            /* assumed ground where there is no height tile */
-  double georegistration_error_m;   /* one sigma per axis; negative: not stated */
+  double plane_height_m;          /* assumed ground where there is no height tile */
+  double georegistration_error_m; /* one sigma per axis; negative: not stated */
   uint64_t file_length;
   const char* builder;
-  uint8_t root[32];                 /* identifies the map */
-  uint8_t public_key[32];           /* of the signer, if signed */
+  uint8_t root[32];       /* identifies the map */
+  uint8_t public_key[32]; /* of the signer, if signed */
 } lf_info;
 
 typedef enum lf_pixel_type { LF_U8 = 0, LF_I16 = 1 } lf_pixel_type;
@@ -100,21 +102,21 @@ typedef enum lf_pixel_type { LF_U8 = 0, LF_I16 = 1 } lf_pixel_type;
 typedef struct lf_layer_info {
   const char* name;
   const char* description;
-  uint8_t pixel_type;               /* lf_pixel_type */
+  uint8_t pixel_type; /* lf_pixel_type */
   uint8_t channels;
   int16_t nodata;
   uint32_t level_count;
 } lf_layer_info;
 
 typedef struct lf_level_info {
-  int32_t level;                    /* gsd_m is 2^level */
+  int32_t level; /* gsd_m is 2^level */
   uint32_t tile_count;
   double gsd_m;
 } lf_level_info;
 
 typedef struct lf_source_info {
   const char *name, *capture_date, *licence, *attribution, *crs, *vertical_datum;
-  uint8_t role;                     /* 0 image, 1 elevation, 2 vector */
+  uint8_t role; /* 0 image, 1 elevation, 2 vector */
   double gsd_m;
   uint8_t sha256[32];
 } lf_source_info;
@@ -128,79 +130,84 @@ LF_API lf_status lf_get_level(const lf_pack* pack, uint32_t layer, uint32_t inde
 LF_API lf_status lf_get_source(const lf_pack* pack, uint32_t index, lf_source_info* info);
 LF_API lf_status lf_get_parameter(const lf_pack* pack, uint32_t index, const char** name, const char** value);
 
-/* --- regions ----------------------------------------------------------------------------------------------------------- */
+/* --- regions --- */
 
 /* A position as a filter knows it. */
 typedef struct lf_ellipse {
   double east_m, north_m;
-  double cov_ee, cov_en, cov_nn;    /* square metres */
-  double k;                         /* how many sigmas */
+  double cov_ee, cov_en, cov_nn; /* square metres */
+  double k;                      /* how many sigmas */
 } lf_ellipse;
 
-/* Rectangle of pixels of one layer at one level. The centre of pixel (column, row), counted from the north-western one, lies at
- * easting west_m + (column + 0.5) gsd_m and northing north_m - (row + 0.5) gsd_m. */
+/* Rectangle of pixels of one layer at one level. The centre of pixel (column, row), counted from the north-western one,
+ * lies at easting west_m + (column + 0.5) gsd_m and northing north_m - (row + 0.5) gsd_m. */
 typedef struct lf_region {
   uint32_t layer;
   int32_t level;
-  int64_t first_column, first_row;  /* global pixels of the level, as in schemas/FORMAT.md and tiles/grid.h */
-  uint32_t width, height;           /* pixels */
+  int64_t first_column, first_row; /* global pixels of the level, as in schemas/FORMAT.md and tiles/grid.h */
+  uint32_t width, height;          /* pixels */
   double west_m, north_m, gsd_m;
 } lf_region;
 
-/* The bounding rectangle of the ellipse {x: (x - mean)' C^-1 (x - mean) <= k^2}, at the coarsest level of the layer that is not coarser
- * than gsd_m; at the finest (coarsest) where all are coarser (finer). LF_OUTSIDE_MAP where the rectangle and the map's bounds do not meet. */
-LF_API lf_status lf_ellipse_region(const lf_pack* pack, uint32_t layer, const lf_ellipse* ellipse, double gsd_m, lf_region* region);
+/* The bounding rectangle of the ellipse {x: (x - mean)' C^-1 (x - mean) <= k^2}, at the coarsest level of the layer
+ * that is not coarser than gsd_m; at the finest (coarsest) where all are coarser (finer). LF_OUTSIDE_MAP where the
+ * rectangle and the map's bounds do not meet. */
+LF_API lf_status lf_ellipse_region(const lf_pack* pack, uint32_t layer, const lf_ellipse* ellipse, double gsd_m,
+                                   lf_region* region);
 /* The same for a rectangle in metres. */
-LF_API lf_status lf_box_region(const lf_pack* pack, uint32_t layer, double west_m, double south_m, double east_m, double north_m,
-                               double gsd_m, lf_region* region);
+LF_API lf_status lf_box_region(const lf_pack* pack, uint32_t layer, double west_m, double south_m, double east_m,
+                               double north_m, double gsd_m, lf_region* region);
 
-/* Copies the pixels of a region of a u8 layer, channels interleaved, rows `row_bytes` apart, into `out` of `out_bytes` bytes. Pixels without
- * data hold the layer's nodata. */
+/* Copies the pixels of a region of a u8 layer, channels interleaved, rows `row_bytes` apart, into `out` of `out_bytes`
+ * bytes. Pixels without data hold the layer's nodata. */
 LF_API lf_status lf_read(const lf_pack* pack, const lf_region* region, void* out, size_t row_bytes, size_t out_bytes);
 /* Copies the values of a region of an i16 layer (heights: metres above the ellipsoid) as floats; NaN without data. */
-LF_API lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* out, size_t row_bytes, size_t out_bytes);
+LF_API lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* out, size_t row_bytes,
+                                 size_t out_bytes);
 
 /* One tile without copying: 256 rows of 256 pixels. `pixels` lives until lf_close. */
 typedef struct lf_tile {
   int32_t level, x, y;
   uint32_t row_bytes;
   double west_m, north_m, gsd_m;
-  float value_offset, value_step;   /* i16 layers: value = value_offset + value_step * pixel */
+  float value_offset, value_step; /* i16 layers: value = value_offset + value_step * pixel */
   const void* pixels;
 } lf_tile;
 
 /* LF_OUTSIDE_MAP where the layer has no such tile. */
 LF_API lf_status lf_tile_view(const lf_pack* pack, uint32_t layer, int32_t level, int32_t x, int32_t y, lf_tile* tile);
-/* Iterates over the tiles of the region that hold data, and where `ellipse` is given only those that it touches. Begin with
- * *cursor = 0; ends with LF_END. */
-LF_API lf_status lf_next_tile(const lf_pack* pack, const lf_region* region, const lf_ellipse* ellipse, uint64_t* cursor, lf_tile* tile);
+/* Iterates over the tiles of the region that hold data, and where `ellipse` is given only those that it touches. Begin
+ * with *cursor = 0; ends with LF_END. */
+LF_API lf_status lf_next_tile(const lf_pack* pack, const lf_region* region, const lf_ellipse* ellipse, uint64_t* cursor,
+                              lf_tile* tile);
 
 enum { LF_PREPARE_COPY = 1 /* also copy raw tiles to memory, so that no page fault is left */ };
-/* Verifies every tile of a region ahead of the flight, decodes what is compressed, and brings the rest into the page cache. What it decodes
- * stays in memory until lf_close. */
+/* Verifies every tile of a region ahead of the flight, decodes what is compressed, and brings the rest into the page
+ * cache. What it decodes stays in memory until lf_close. */
 LF_API lf_status lf_prepare(const lf_pack* pack, const lf_region* region, uint32_t flags);
 
-/* --- heights and geodesy ------------------------------------------------------------------------------------------------ */
+/* --- heights and geodesy --- */
 
 typedef enum lf_height_source { LF_HEIGHT_LAYER = 0, LF_HEIGHT_PLANE = 1 } lf_height_source;
 
-/* Height of the ground above the ellipsoid, bilinear at the finest level that has data there; the assumed plane where there is none, as
- * `source` (may be null) tells. */
-LF_API lf_status lf_height(const lf_pack* pack, double east_m, double north_m, double* height_m, lf_height_source* source);
+/* Height of the ground above the ellipsoid, bilinear at the finest level that has data there; the assumed plane where
+ * there is none, as `source` (may be null) tells. */
+LF_API lf_status lf_height(const lf_pack* pack, double east_m, double north_m, double* height_m,
+                           lf_height_source* source);
 /* Height of the geoid above the ellipsoid, bilinear in the pack's grid; LF_OUTSIDE_MAP outside of it or without one. */
 LF_API lf_status lf_undulation(const lf_pack* pack, double east_m, double north_m, double* undulation_m);
 
-/* Convergence: bearing of grid north clockwise from true north (true heading = grid heading + convergence). Scale: grid distance over
- * true distance. Any of the last two outputs may be null. */
-LF_API lf_status lf_grid_from_geodetic(const lf_pack* pack, double latitude_rad, double longitude_rad, double* east_m, double* north_m,
-                                       double* convergence_rad, double* scale);
-LF_API lf_status lf_geodetic_from_grid(const lf_pack* pack, double east_m, double north_m, double* latitude_rad, double* longitude_rad,
-                                       double* convergence_rad, double* scale);
+/* Convergence: bearing of grid north clockwise from true north (true heading = grid heading + convergence). Scale: grid
+ * distance over true distance. Any of the last two outputs may be null. */
+LF_API lf_status lf_grid_from_geodetic(const lf_pack* pack, double latitude_rad, double longitude_rad, double* east_m,
+                                       double* north_m, double* convergence_rad, double* scale);
+LF_API lf_status lf_geodetic_from_grid(const lf_pack* pack, double east_m, double north_m, double* latitude_rad,
+                                       double* longitude_rad, double* convergence_rad, double* scale);
 
-/* --- verifying and signing ----------------------------------------------------------------------------------------------- */
+/* --- verifying and signing --- */
 
-/* Checks every block and every tile; with `deep`, also decodes every tile and checks that padding is zero. `tiles` (may be null) counts the
- * tiles checked. */
+/* Checks every block and every tile; with `deep`, also decodes every tile and checks that padding is zero. `tiles` (may
+ * be null) counts the tiles checked. */
 LF_API lf_status lf_verify_pack(const lf_pack* pack, int deep, uint64_t* tiles);
 /* Makes an Ed25519 key pair from the system's randomness. */
 LF_API lf_status lf_keygen(uint8_t public_key[32], uint8_t secret_key[64]);

@@ -1,4 +1,5 @@
-// C++20 face of landfix.h: the same functions with ownership, spans and results. Header only, so that the C ABI is the only one.
+// C++20 face of landfix.h: the same functions with ownership, spans and results. Header only, so that the C ABI is the
+// only one.
 #pragma once
 
 #include <array>
@@ -48,8 +49,8 @@ using Region = lf_region;
 using Tile = lf_tile;
 
 struct Height {
-  double height_m = 0;             ///< above the ellipsoid
-  bool from_layer = false;         ///< false: the assumed plane
+  double height_m = 0;      ///< above the ellipsoid
+  bool from_layer = false;  ///< false: the assumed plane
 };
 
 struct GridPosition {
@@ -95,7 +96,9 @@ class Pack {
     return s == LF_OK ? Result<uint32_t>(layer) : Result<uint32_t>(s);
   }
   Result<lf_layer_info> layer(uint32_t index) const { return get<lf_layer_info>(lf_get_layer, index); }
-  Result<lf_level_info> level(uint32_t layer, uint32_t index) const { return get<lf_level_info>(lf_get_level, layer, index); }
+  Result<lf_level_info> level(uint32_t layer, uint32_t index) const {
+    return get<lf_level_info>(lf_get_level, layer, index);
+  }
   Result<lf_source_info> source(uint32_t index) const { return get<lf_source_info>(lf_get_source, index); }
 
   /// The region that a k-sigma ellipse asks for, at the coarsest level not coarser than `gsd_m`.
@@ -127,7 +130,8 @@ class Pack {
   Result<double> undulation(double east_m, double north_m) const { return get<double>(lf_undulation, east_m, north_m); }
   Result<GridPosition> grid_from_geodetic(double latitude_rad, double longitude_rad) const {
     GridPosition g;
-    const Status s = lf_grid_from_geodetic(pack_, latitude_rad, longitude_rad, &g.east_m, &g.north_m, &g.convergence_rad, &g.scale);
+    const Status s =
+        lf_grid_from_geodetic(pack_, latitude_rad, longitude_rad, &g.east_m, &g.north_m, &g.convergence_rad, &g.scale);
     return s == LF_OK ? Result<GridPosition>(g) : Result<GridPosition>(s);
   }
   Result<GeodeticPosition> geodetic_from_grid(double east_m, double north_m) const {
@@ -144,7 +148,8 @@ class Pack {
 
   static lf_open_options c_options(const OpenOptions& o) {
     return {sizeof(lf_open_options), o.copy ? uint32_t(LF_OPEN_COPY) : 0u,
-            o.trusted_keys.empty() ? nullptr : reinterpret_cast<const uint8_t(*)[32]>(o.trusted_keys.data()), o.trusted_keys.size()};
+            o.trusted_keys.empty() ? nullptr : reinterpret_cast<const uint8_t(*)[32]>(o.trusted_keys.data()),
+            o.trusted_keys.size()};
   }
   template <typename T, typename Function, typename... Arguments>
   Result<T> get(Function function, Arguments... arguments) const {

@@ -1,0 +1,53 @@
+# What a user types. Every target installs what it needs (apt, with sudo where needed) and builds what it uses.
+#   make demo    a map, a signature and two flights without GNSS, in under 10 minutes; pictures in demo/
+#   make test    builds and runs the tests, in under 15 minutes
+#   make bench   compares with GDAL, gdal2tiles and OpenCV; writes bench.json
+#   make real    the runs on real imagery of docs/real-imagery.md (LANDFIX_DATA names the folder)
+#   make asan, make tsan   the tests under AddressSanitizer + UndefinedBehaviorSanitizer, or ThreadSanitizer
+#   make fuzz    ten minutes of fuzzing of the reader
+#   make memory  the build of a 4-gigapixel image, with its peak memory
+SHELL := /bin/bash
+JOBS ?= $(shell nproc)
+export LANDFIX_DATA ?= $(abspath ../shared/data)
+
+.PHONY: all setup release demo test bench real asan tsan fuzz memory clean
+
+all: release
+
+setup:
+	@tools/setup/install.sh
+
+build/%/build.ninja: setup
+	cmake --preset $*
+
+release: build/release/build.ninja
+	cmake --build --preset release -j $(JOBS)
+
+demo: build/release/build.ninja
+	cmake --build --preset release -j $(JOBS) --target landfix
+	tools/demo.sh build/release/tools/landfix/landfix demo
+
+test: release
+	ctest --preset release -j $(JOBS)
+
+bench: release
+	build/release/tools/bench/landfix_bench --output bench.json
+
+real: release
+	tools/real_imagery.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/real
+
+memory: release
+	tools/bench/memory.sh build/release/tools/landfix/landfix
+
+asan tsan: %: build/%/build.ninja
+	cmake --build --preset $* -j $(JOBS)
+	ctest --preset $* -j $(JOBS)
+
+fuzz:
+	tools/setup/install.sh clang 'libclang-rt-14-dev|libclang-rt-dev'
+	cmake --preset fuzz
+	cmake --build --preset fuzz -j $(JOBS) --target landfix_fuzz_pack
+	tests/pack/fuzz/run.sh build/fuzz $(or $(SECONDS_OF_FUZZING),600)
+
+clean:
+	rm -rf build demo bench.json

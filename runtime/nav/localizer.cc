@@ -1,0 +1,200 @@
+#include "runtime/nav/localizer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "runtime/nav/likelihood.h"
+#include "runtime/nav/ncc.h"
+#include "runtime/nav/rectify.h"
+
+namespace landfix::nav {
+namespace {
+
+constexpr int kMinTemplatePx =
+    32;  ///< no coarser level is taken for the sake of a wide search if it made the template smaller
+constexpr int kMainLobePx = 6;            ///< radius around the peak within which no rival is looked for
+constexpr double kFinerThanCamera = 0.7;  ///< a map level may be finer than the camera by this factor
+constexpr double kAttitudeSearchSigmas = 4;
+
+bool valid(const LocalizerOptions& o) {
+  for (double v : {o.attitude_sigma_rad, o.attitude_bias_sigma_rad, o.map_bias_sigma_m, o.independent_fraction})
+    if (!(v >= 0 && std::isfinite(v))) return false;
+  return o.min_pixels_per_residual > 0 && o.outlier_probability > 0 && o.outlier_probability <= 1 &&
+         o.min_coverage > 0 && o.min_coverage <= 1 && o.search_tail_probability > 0 &&
+         o.search_tail_probability < 0.5 && o.min_search_px >= 0 && o.max_template_px >= kMinTemplatePx &&
+         o.max_window_px >= o.max_template_px + 2 * o.min_search_px;
+}
+
+/// Positions to be tried: what the filter believes, widened by what the attitude shifts.
+struct Search {
+  PointMassFilter::Bounds region;
+  double gsd_m;
+  bool whole;  ///< false if the region had to be cut to fit the largest window
+};
+
+}  // namespace
+
+struct Localizer::State {
+  State(const MapSource& source, const LocalizerOptions& o)
+      : map(source), options(o), filter(o.filter), matcher(o.min_coverage) {}
+
+  Status take(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m, Fix& fix);
+  Status choose_search(const Camera& camera, const Attitude& attitude, double height_above_ground_m,
+                       Search& search) const;
+  Status correlate(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_above_ground_m,
+                   const Search& search);
+  double attitude_error_m(double height_above_ground_m) const {
+    return std::hypot(options.attitude_sigma_rad, options.attitude_bias_sigma_rad) * height_above_ground_m;
+  }
+  /// Adds what no number of images averages away.
+  void add_bias(double height_above_ground_m, std::array<double, 4>& covariance) const {
+    const double tilt_m = options.attitude_bias_sigma_rad * height_above_ground_m;
+    const double variance = tilt_m * tilt_m + options.map_bias_sigma_m * options.map_bias_sigma_m;
+    covariance[0] += variance;
+    covariance[3] += variance;
+  }
+
+  const MapSource& map;
+  LocalizerOptions options;
+  PointMassFilter filter;
+  Matcher matcher;
+  features::GridImage patch, window, surface;
+  Likelihood likelihood;
+  bool matched_before = false;  ///< since the start
+  double flown_since_match_m = 0;
+  double last_height_m = 0;  ///< above ground, at the last match
+};
+
+/// The finest level that serves the camera and keeps template and window within their limits.
+Status Localizer::State::choose_search(const Camera& camera, const Attitude& attitude, double height_above_ground_m,
+                                       Search& search) const {
+  cv::Point2d reach_m;
+  if (const Status s = footprint_reach(camera, attitude, height_above_ground_m, reach_m); s != Status::kOk) return s;
+  const auto [finest, coarsest] = map.gsd_range_m();
+  if (!(finest > 0 && coarsest >= finest)) return Status::kMapError;
+  const double template_m = 2 * std::max(reach_m.x, reach_m.y),
+               camera_gsd_m = height_above_ground_m / std::max(camera.fx, camera.fy);
+  const PointMassFilter::Bounds b = filter.bounds(options.search_tail_probability);
+  const double margin_m = kAttitudeSearchSigmas * attitude_error_m(height_above_ground_m);
+  const double search_m = std::max(b.east_m - b.west_m, b.north_m - b.south_m) + 2 * margin_m;
+  double gsd = finest;
+  while (2 * gsd <= coarsest) {
+    const bool too_fine = gsd < kFinerThanCamera * camera_gsd_m || template_m > options.max_template_px * gsd;
+    const bool too_wide = search_m + template_m > options.max_window_px * gsd && template_m > 2 * kMinTemplatePx * gsd;
+    if (!too_fine && !too_wide) break;
+    gsd *= 2;
+  }
+  const double east = 0.5 * (b.west_m + b.east_m), north = 0.5 * (b.south_m + b.north_m);
+  const double least = options.min_search_px * gsd, most = 0.5 * (options.max_window_px * gsd - template_m) - gsd;
+  if (most < least) return Status::kTooLarge;
+  const double x = std::max(0.5 * (b.east_m - b.west_m) + margin_m, least),
+               y = std::max(0.5 * (b.north_m - b.south_m) + margin_m, least);
+  search.whole = std::max(x, y) <= most;
+  search.region = {east - std::min(x, most), north - std::min(y, most), east + std::min(x, most),
+                   north + std::min(y, most)};
+  search.gsd_m = gsd;
+  return Status::kOk;
+}
+
+Status Localizer::State::correlate(const cv::Mat& image, const Camera& camera, const Attitude& attitude,
+                                   double height_above_ground_m, const Search& search) {
+  const PointMassFilter::Bounds& r = search.region;
+  Status status = rectify(image, camera, attitude, height_above_ground_m, search.gsd_m, patch);
+  if (status != Status::kOk) return status;
+  const double patch_east_m = patch.west_m + patch.pixels.cols * patch.gsd_m;
+  const double patch_south_m = patch.north_m - patch.pixels.rows * patch.gsd_m;
+  status = map.read_gray(r.west_m + patch.west_m, r.south_m + patch_south_m, r.east_m + patch_east_m,
+                         r.north_m + patch.north_m, search.gsd_m, window);
+  if (status != Status::kOk) return status;
+  if (window.gsd_m != search.gsd_m) return Status::kMapError;
+  return matcher.match(patch, window, surface);
+}
+
+Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
+                              Fix& fix) {
+  if (!filter.started()) return Status::kNotStarted;
+  if (!std::isfinite(height_m)) return Status::kNotFinite;
+  const PointMassFilter::Moments now = filter.moments();
+  const std::optional<double> ground = map.ground_height_m(now.east_m, now.north_m);
+  if (!ground || !std::isfinite(*ground)) return Status::kNoGroundHeight;
+  const double above_m = height_m - *ground;
+
+  Search search;
+  if (const Status s = choose_search(camera, attitude, above_m, search); s != Status::kOk) return s;
+  if (const Status s = correlate(image, camera, attitude, above_m, search); s != Status::kOk) return s;
+  Peak peak;
+  if (const Status s = find_peak(surface, kMainLobePx, peak); s != Status::kOk) return s;
+
+  const double pixels = cv::countNonZero(patch.valid), side_m = std::sqrt(pixels) * search.gsd_m;
+  // Half a cell and half a pixel: no peak may be narrower than what either grid can show.
+  const double sigma_m = std::hypot(attitude_error_m(above_m), std::hypot(0.5 * search.gsd_m, 0.5 * filter.cell_m()));
+  const double independent_pixels = std::min(matcher.independent_pixels(), pixels / options.min_pixels_per_residual);
+  const LikelihoodOptions o{independent_pixels, sigma_m, options.outlier_probability};
+  if (const Status s = likelihood_from_ncc(surface, o, likelihood); s != Status::kOk) return s;
+  if (!search.whole) likelihood.outside = 1;  // what was not searched is not excluded
+  fix.covariance_m2 = covariance_m2(likelihood);
+  add_bias(above_m, fix.covariance_m2);
+  const double independent_m = options.independent_fraction * side_m;
+  fix.weight = matched_before && flown_since_match_m < independent_m ? flown_since_match_m / independent_m : 1;
+  if (const Status s = temper(fix.weight, likelihood); s != Status::kOk) return s;
+  if (const Status s = filter.update(likelihood); s != Status::kOk) return s;
+
+  matched_before = true;
+  flown_since_match_m = 0;
+  last_height_m = above_m;
+  fix.east_m = peak.east_m;
+  fix.north_m = peak.north_m;
+  fix.ncc = peak.value;
+  fix.peak_gap = peak.gap;
+  fix.ground_height_m = *ground;
+  fix.gsd_m = search.gsd_m;
+  return Status::kOk;
+}
+
+Localizer::Localizer(const MapSource& map, const LocalizerOptions& options)
+    : state_(std::make_unique<State>(map, options)) {}
+Localizer::~Localizer() = default;
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+
+Status Localizer::start(double east_m, double north_m, double sigma_m) {
+  if (!valid(state_->options)) return Status::kBadValue;
+  if (const Status s = state_->filter.start(east_m, north_m, sigma_m); s != Status::kOk) return s;
+  state_->matched_before = false;
+  state_->flown_since_match_m = 0;
+  state_->last_height_m = 0;
+  return Status::kOk;
+}
+
+Status Localizer::predict(double displacement_east_m, double displacement_north_m, double sigma_m) {
+  const Status s = state_->filter.predict(displacement_east_m, displacement_north_m, sigma_m, sigma_m);
+  if (s == Status::kOk) state_->flown_since_match_m += std::hypot(displacement_east_m, displacement_north_m);
+  return s;
+}
+
+Fix Localizer::update(const cv::Mat& gray_image, const Camera& camera, const Attitude& attitude, double height_m,
+                      double time_s) {
+  const auto begin = std::chrono::steady_clock::now();
+  Fix fix;
+  fix.time_s = time_s;
+  try {
+    fix.status = state_->take(gray_image, camera, attitude, height_m, fix);
+  } catch (...) {
+    fix.status = Status::kInternal;
+  }
+  fix.processing_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return fix;
+}
+
+Estimate Localizer::estimate() const {
+  if (!state_->filter.started()) return {};
+  const PointMassFilter::Moments m = state_->filter.moments();
+  Estimate estimate{Status::kOk, m.east_m, m.north_m, m.covariance_m2};
+  state_->add_bias(state_->last_height_m, estimate.covariance_m2);
+  return estimate;
+}
+
+const PointMassFilter& Localizer::filter() const { return state_->filter; }
+
+}  // namespace landfix::nav

@@ -1,0 +1,96 @@
+// The onboard loop: map, camera image, attitude and height in; position and covariance out, without GNSS.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <opencv2/core.hpp>
+
+#include "runtime/nav/camera.h"
+#include "runtime/nav/map_source.h"
+#include "runtime/nav/point_mass_filter.h"
+#include "runtime/nav/status.h"
+
+namespace landfix::nav {
+
+struct LocalizerOptions {
+  // What the aircraft knows about its own errors.
+  double attitude_sigma_rad =
+      0.00873;  ///< roll and pitch, independent from image to image (0.5°); heading is taken as exact
+  double attitude_bias_sigma_rad = 0.0052;  ///< roll and pitch, constant in flight (0.3°): never averaged away
+  double map_bias_sigma_m = 0.25;           ///< georegistration error of the map, per axis: never averaged away
+
+  // The measurement.
+  double outlier_probability = 0.02;  ///< of an image that says nothing about the position
+  double min_pixels_per_residual =
+      30;  ///< template pixels that share one independent residual, however fine the texture
+  double independent_fraction = 0.25;  ///< of the footprint's side, to be flown until an image counts as wholly new
+  double min_coverage = 0.5;           ///< of the template that must lie on the map
+
+  // The search.
+  double search_tail_probability = 1e-4;  ///< of the filter that may lie beyond each side of the search region
+  int min_search_px = 8;                  ///< smallest half-width of the search region
+  int max_template_px = 320;              ///< a longer side makes the match take a coarser level
+  int max_window_px = 1024;               ///< likewise for the side of the search window
+
+  // The filter.
+  PointMassFilterOptions filter;
+};
+
+/// What one image said. Everything but `status`, `time_s` and `processing_time_s` is meaningful only if `status` is
+/// kOk.
+struct Fix {
+  Status status = Status::kNotStarted;
+  double time_s = 0;                      ///< of the image, as given
+  double east_m = 0, north_m = 0;         ///< camera position at the peak, on the grid of the map
+  std::array<double, 4> covariance_m2{};  ///< of this image alone, row-major over (east, north): large where ambiguous
+  double ncc = 0;                         ///< height of the peak, −1 to 1
+  double peak_gap =
+      0;  ///< to the highest rival outside the main lobe, ncc + 1 if there is none; tells true fixes from false
+  double weight = 0;           ///< 0 to 1: how far the image counted as independent of the one before
+  double ground_height_m = 0;  ///< above the ellipsoid, as used
+  double gsd_m = 0;            ///< of the map level used
+  double processing_time_s = 0;
+};
+
+/// Where the aircraft is. The covariance holds the filter's own (Conte 2009 eq. 5.30) and the constant errors of
+/// attitude and map.
+struct Estimate {
+  Status status = Status::kNotStarted;
+  double east_m = 0, north_m = 0;
+  std::array<double, 4> covariance_m2{};  ///< row-major over (east, north)
+};
+
+/// Point-mass filter over positions on the grid of the map, fed by odometry and by correlation with the map (Conte 2009
+/// §5.7, §5.8.4). Not safe for concurrent calls on one object. Nothing throws; an input that is refused leaves the
+/// state unchanged.
+class Localizer {
+ public:
+  /// `map` must outlive the localizer.
+  explicit Localizer(const MapSource& map, const LocalizerOptions& options = {});
+  ~Localizer();
+  Localizer(Localizer&&) noexcept;
+  Localizer& operator=(Localizer&&) noexcept;
+
+  /// Begins anew at a position with a standard deviation per axis. kNotFinite, kBadValue (sigma or options).
+  Status start(double east_m, double north_m, double sigma_m);
+
+  /// Moves by an odometry displacement on the grid with its own standard deviation per axis. kNotStarted, kNotFinite,
+  /// kBadValue.
+  Status predict(double displacement_east_m, double displacement_north_m, double sigma_m);
+
+  /// Matches an image with the map and takes it into the filter.
+  /// `gray_image`: H×W CV_8UC1 of the camera's size. `attitude`: heading against grid north. `height_m`: camera above
+  /// the ellipsoid.
+  Fix update(const cv::Mat& gray_image, const Camera& camera, const Attitude& attitude, double height_m, double time_s);
+
+  Estimate estimate() const;
+
+  /// The distribution behind the estimate.
+  const PointMassFilter& filter() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace landfix::nav

@@ -1,0 +1,27 @@
+// Packs as the tools open them: errors become landfix::Error with the file's name and an exit code.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "builder/error.h"
+#include "landfix/landfix.hpp"
+#include "runtime/features/grid_image.h"
+
+namespace landfix::tools {
+
+/// Exit code that stands for a status of the runtime.
+ExitCode exit_code_of(Status status);
+
+/// Throws Error("<what>: <text of the status>") unless `status` is LF_OK.
+void check(Status status, const std::string& what);
+
+/// Opens a pack; `key_files` (made by `landfix keygen`) name the trusted public keys, none: signatures are not asked
+/// for.
+Pack open_pack(const std::string& path, const std::vector<std::string>& key_files = {});
+
+/// Reads a region: CV_8UC(channels) for pixels, CV_32FC1 in metres above the ellipsoid for heights. Compressed tiles
+/// are prepared first.
+features::GridImage read_region(const Pack& pack, const Region& region);
+
+}  // namespace landfix::tools
