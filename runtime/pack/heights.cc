@@ -10,19 +10,35 @@ namespace {
 using schema::TileRecord;
 using tiles::kTilePixels;
 
-// One pixel of a level; LF_OUTSIDE_MAP without data.
-lf_status height_pixel(const lf_pack& pack, const Level& level, int64_t column, int64_t row, double& value) {
-  const tiles::TileIndex tile = tiles::tile_of_pixel(level.level, column, row);
-  const uint8_t* pixels;
-  const TileRecord* record;
-  if (const lf_status s = pack.pixels_of(*pack.height_layer, level, tile, pixels, record); s != LF_OK) return s;
-  const int64_t index = (row - tiles::first_row(tile)) * kTilePixels + (column - tiles::first_column(tile));
-  int16_t raw;
-  std::memcpy(&raw, pixels + 2 * index, 2);
-  if (raw == pack.height_layer->format.nodata) return LF_OUTSIDE_MAP;
-  value = double(record->value_offset) + double(record->value_step) * raw;
-  return LF_OK;
-}
+// Pixels of one level; remembers the tile of the last one, as the four around a point mostly share theirs.
+class HeightPixels {
+ public:
+  HeightPixels(const lf_pack& pack, const Level& level) : pack_(pack), level_(level) {}
+
+  // LF_OUTSIDE_MAP without data.
+  lf_status get(int64_t column, int64_t row, double& value) {
+    const tiles::TileIndex tile = tiles::tile_of_pixel(level_.level, column, row);
+    if (record_ == nullptr || tile != tile_) {
+      record_ = nullptr;
+      const TileRecord* record;
+      if (const lf_status s = pack_.pixels_of(*pack_.height_layer, level_, tile, pixels_, record); s != LF_OK) return s;
+      tile_ = tile, record_ = record;
+    }
+    const int64_t index = (row - tiles::first_row(tile)) * kTilePixels + (column - tiles::first_column(tile));
+    int16_t raw;
+    std::memcpy(&raw, pixels_ + 2 * index, 2);
+    if (raw == pack_.height_layer->format.nodata) return LF_OUTSIDE_MAP;
+    value = double(record_->value_offset) + double(record_->value_step) * raw;
+    return LF_OK;
+  }
+
+ private:
+  const lf_pack& pack_;
+  const Level& level_;
+  tiles::TileIndex tile_;
+  const uint8_t* pixels_ = nullptr;
+  const TileRecord* record_ = nullptr;
+};
 
 // Bilinear between the four pixel centres around a point. Pixels without data drop out as long as the others carry half
 // the weight.
@@ -31,13 +47,14 @@ lf_status height_at_level(const lf_pack& pack, const Level& level, double east_m
   const double x = east_m / gsd - 0.5, y = -north_m / gsd - 0.5;
   const auto column = int64_t(std::floor(x)), row = int64_t(std::floor(y));
   const double fx = x - double(column), fy = y - double(row);
+  HeightPixels pixels(pack, level);
   double sum = 0, weights = 0;
   for (int i = 0; i < 4; ++i) {
     const int dx = i & 1, dy = i >> 1;
     const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
     if (weight == 0) continue;
     double value;
-    const lf_status s = height_pixel(pack, level, column + dx, row + dy, value);
+    const lf_status s = pixels.get(column + dx, row + dy, value);
     if (s == LF_OUTSIDE_MAP) continue;
     if (s != LF_OK) return s;
     sum += weight * value;

@@ -159,9 +159,10 @@ LF_API lf_status lf_box_region(const lf_pack* pack, uint32_t layer, double west_
                                double north_m, double gsd_m, lf_region* region);
 
 /* Copies the pixels of a region of a u8 layer, channels interleaved, rows `row_bytes` apart, into `out` of `out_bytes`
- * bytes. Pixels without data hold the layer's nodata. */
+ * bytes. Pixels without data hold the layer's nodata. After an error the buffer's content is unspecified. */
 LF_API lf_status lf_read(const lf_pack* pack, const lf_region* region, void* out, size_t row_bytes, size_t out_bytes);
-/* Copies the values of a region of an i16 layer (heights: metres above the ellipsoid) as floats; NaN without data. */
+/* Copies the values of a region of an i16 layer (heights: metres above the ellipsoid) as floats; NaN without data.
+ * `row_bytes` is a multiple of sizeof(float). After an error the buffer's content is unspecified. */
 LF_API lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* out, size_t row_bytes,
                                  size_t out_bytes);
 

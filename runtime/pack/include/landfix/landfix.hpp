@@ -100,6 +100,13 @@ class Pack {
     return get<lf_level_info>(lf_get_level, layer, index);
   }
   Result<lf_source_info> source(uint32_t index) const { return get<lf_source_info>(lf_get_source, index); }
+  /// Name and value of a parameter of the build.
+  Result<std::pair<std::string_view, std::string_view>> parameter(uint32_t index) const {
+    const char *name, *value;
+    const Status s = lf_get_parameter(pack_, index, &name, &value);
+    if (s != LF_OK) return s;
+    return std::pair<std::string_view, std::string_view>(name, value);
+  }
 
   /// The region that a k-sigma ellipse asks for, at the coarsest level not coarser than `gsd_m`.
   Result<Region> region(uint32_t layer, const Ellipse& ellipse, double gsd_m) const {
@@ -116,6 +123,15 @@ class Pack {
   }
   Result<Tile> tile(uint32_t layer, int32_t level, int32_t x, int32_t y) const {
     return get<Tile>(lf_tile_view, layer, level, x, y);
+  }
+  /// Calls visit(const Tile&) for the tiles of the region that hold data and, where `ellipse` is given, that it touches.
+  template <typename Visit>
+  Status for_each_tile(const Region& region, const Ellipse* ellipse, Visit visit) const {
+    uint64_t cursor = 0;
+    Tile next;
+    Status s;
+    while ((s = lf_next_tile(pack_, &region, ellipse, &cursor, &next)) == LF_OK) visit(std::as_const(next));
+    return s == LF_END ? LF_OK : s;
   }
   Status prepare(const Region& region, uint32_t flags = 0) const { return lf_prepare(pack_, &region, flags); }
 

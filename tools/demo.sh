@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# The main job end to end: a world is drawn, mapped, signed and flown over without GNSS. Usage: demo.sh LANDFIX OUTPUT_FOLDER
+set -euo pipefail
+landfix=$(realpath "$1")
+out=$2
+rm -rf "$out"
+mkdir -p "$out"
+cd "$out"
+step() { printf '\n== %s\n' "$*"; }
+
+step "Two views of one place: the map in the morning, and the flight under the afternoon sun"
+"$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 150,50 -o summer
+"$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 235,35 -o afternoon
+
+step "The map pack"
+"$landfix" build summer/ortho.tif --dem summer/dtm.tif -o area.lfpack
+"$landfix" info area.lfpack
+
+step "Signed, so that the aircraft takes no other map"
+"$landfix" keygen mission
+"$landfix" sign area.lfpack --key mission.key
+"$landfix" verify --deep area.lfpack --key mission.pub
+
+step "What the aircraft would ask"
+middle=$("$landfix" info area.lfpack --json | python3 -c '
+import json, sys
+b = json.load(sys.stdin)["bounds"]
+print("%.1f,%.1f" % ((b["west_m"] + b["east_m"]) / 2, (b["south_m"] + b["north_m"]) / 2))')
+"$landfix" query area.lfpack --grid "$middle" --sigma 40 -o region.png
+"$landfix" query area.lfpack --grid "$middle" --sigma 400 --layer overview -o overview.png
+"$landfix" query area.lfpack --grid "$middle" --sigma 400 --layer height --gsd 2 -o heights.png
+
+step "60 m above ground: a loop of 1 km without GNSS, 2.5 % drift, camera attitude 0.5 degrees off and 0.3 degrees tilted"
+"$landfix" fly --map area.lfpack --scene afternoon/ortho.tif --scene-dem afternoon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m
+
+step "305 m above ground, camera attitude 1 degree off"
+"$landfix" fly --map area.lfpack --scene afternoon/ortho.tif --scene-dem afternoon/dsm.tif --loop 1000 --agl 305 \
+  --attitude-noise-deg 1 --attitude-bias-deg 0 -o flight_305m
+
+cat <<END
+
+Results in $PWD:
+  area.lfpack                 the map pack, signed; mission.pub is the key to trust
+  overview.png, heights.png   what is in it
+  region.png                  the pixels inside an uncertainty of 40 m
+  flight_60m/tracks.png       truth, estimate with 3-sigma ellipses, and dead reckoning over the map
+  flight_60m/frames/          what the camera saw
+  flight_305m/tracks.png      the same from 305 m
+  flight_*/summary.json       the numbers
+END

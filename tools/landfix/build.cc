@@ -1,0 +1,217 @@
+// landfix build: images and heights in, a map pack out.
+#include "builder/build.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "builder/error.h"
+#include "builder/ingest/zone.h"
+#include "builder/layers/registry.h"
+#include "tiles/grid.h"
+#include "tools/landfix/commands.h"
+
+namespace landfix::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr char kExamples[] = R"(
+Examples:
+  landfix build town.tif -o town.lfpack
+      one image, no heights: the runtime assumes a plane; --plane-height 412.5 says where
+  landfix build west.tif east.tif --dem dtm.tif --dem-datum egm96 -o area.lfpack
+      overlapping images (the first listed wins) with terrain above the EGM96 geoid
+  landfix build 2009.tif 2018.tif --date 2009.tif=2009-08-18 --date 2018.tif=2018-07-16 -o farm.lfpack
+      two capture dates: the newest that has data is shown
+  landfix build cir.tif --bands cir.tif=nir,red,green --bbox 34.92,31.29,34.97,31.32 --gsd 0.5 -o part.lfpack
+  landfix build town.tif --codec gray=jpeg --jpeg-quality 85 -o small.lfpack
+
+Beside an image, FILE.json may say {"date": "2018-07-16", "licence": "...", "attribution": "...",
+"bands": "red,green,blue,nir", "georegistration_error_m": 1.5}; the command line goes before it.
+The work in progress lies in OUTPUT.build. After Ctrl-C, a kill or a full disk, the same command continues there.)";
+
+std::atomic<bool> stop_requested = false;
+
+struct CommandLine {
+  std::vector<std::string> images, dates, bands, codecs, layers;
+  std::string dem, dem_datum, zone, output;
+  double gsd_m = 0, georegistration_error_m = -1;
+  bool json = false;
+  BuildOptions options;
+};
+
+// "NAME=VALUE" of an option.
+std::pair<std::string, std::string> split(const std::string& option, const std::string& text) {
+  const size_t at = text.rfind('=');
+  if (at == std::string::npos || at == 0 || at + 1 == text.size())
+    throw Error(ExitCode::kUsage, fmt::format("{} {}: expected NAME=VALUE", option, text));
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+// The image that FILE of "FILE=VALUE" means: by its path as given, else by its name without the folder.
+ingest::SourceOptions& image_named(std::vector<ingest::SourceOptions>& images, const std::string& option,
+                                   const std::string& file) {
+  ingest::SourceOptions* found = nullptr;
+  for (ingest::SourceOptions& image : images) {
+    if (image.path == file) return image;
+    if (std::filesystem::path(image.path).filename() != file) continue;
+    if (found)
+      throw Error(ExitCode::kUsage, fmt::format("{} {}: several images have this name; give the path", option, file));
+    found = &image;
+  }
+  if (!found) throw Error(ExitCode::kUsage, fmt::format("{} {}: none of the images has this name", option, file));
+  return *found;
+}
+
+tiles::Codec codec_of(const std::string& name) {
+  for (const tiles::Codec codec : {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd})
+    if (name == name_of(codec)) return codec;
+  throw Error(ExitCode::kUsage, fmt::format("--codec {}: expected raw, jpeg or zstd", name));
+}
+
+BuildOptions options_of(const CommandLine& line) {
+  BuildOptions options = line.options;
+  for (const std::string& path : line.images) options.images.push_back({path, {}, {}, {}});
+  for (const std::string& text : line.dates) {
+    const auto [file, date] = split("--date", text);
+    image_named(options.images, "--date", file).date = date;
+  }
+  for (const std::string& text : line.bands) {
+    const auto [file, bands] = split("--bands", text);
+    image_named(options.images, "--bands", file).bands = bands;
+  }
+  for (const std::string& text : line.codecs) {
+    const auto [layer, codec] = split("--codec", text);
+    options.codecs[layer] = codec_of(codec);
+  }
+  if (!line.dem.empty()) options.elevation = ingest::SourceOptions{line.dem, {}, {}, line.dem_datum};
+  if (line.dem.empty() && !line.dem_datum.empty())
+    throw Error(ExitCode::kUsage, "--dem-datum: there is no --dem to go with it");
+  if (!line.zone.empty()) options.zone = ingest::parse_zone(line.zone);
+  if (line.gsd_m != 0) options.gsd_m = line.gsd_m;
+  if (line.georegistration_error_m >= 0) options.georegistration_error_m = line.georegistration_error_m;
+  options.layers = line.layers;
+  options.output = line.output;
+  options.stop = &stop_requested;
+  return options;
+}
+
+ordered_json json_of(const std::string& output, const BuildSummary& s) {
+  ordered_json out = {{"pack", output},
+                      {"bytes", s.file_bytes},
+                      {"zone", ingest::zone_text(s.zone)},
+                      {"gsd_m", s.gsd_m},
+                      {"area_km2", s.area_km2},
+                      {"mb_per_km2", double(s.file_bytes) / 1e6 / s.area_km2},
+                      {"tiles", s.tiles},
+                      {"stored_tiles", s.stored_tiles},
+                      {"seconds", s.seconds},
+                      {"megapixels", s.megapixels},
+                      {"megapixels_per_second", s.megapixels / s.seconds},
+                      {"resumed_jobs", s.resumed_jobs},
+                      {"warnings", s.warnings},
+                      {"layers", ordered_json::array()}};
+  for (const LayerSummary& layer : s.layers) {
+    ordered_json levels = ordered_json::array();
+    for (const LevelSummary& level : layer.levels)
+      levels.push_back({{"level", level.level},
+                        {"gsd_m", tiles::gsd_of(level.level)},
+                        {"tiles", level.tiles},
+                        {"bytes", level.bytes}});
+    out["layers"].push_back({{"name", layer.name}, {"codec", name_of(layer.codec)}, {"levels", levels}});
+  }
+  return out;
+}
+
+void print(const std::string& output, const BuildSummary& s) {
+  fmt::print("{}: {:.1f} MB, {:.2f} km2, {:.2f} MB/km2, zone {}, {} m per pixel\n", output, double(s.file_bytes) / 1e6,
+             s.area_km2, double(s.file_bytes) / 1e6 / s.area_km2, ingest::zone_text(s.zone), s.gsd_m);
+  for (const LayerSummary& layer : s.layers) {
+    uint64_t tile_count = 0, bytes = 0;
+    for (const LevelSummary& level : layer.levels) tile_count += level.tiles, bytes += level.bytes;
+    if (layer.levels.empty())
+      fmt::print("  {:<10} {:<5} no data\n", layer.name, name_of(layer.codec));
+    else
+      fmt::print("  {:<10} {:<5} {:>8} tiles {:>10.1f} MB   {} to {} m\n", layer.name, name_of(layer.codec), tile_count,
+                 double(bytes) / 1e6, tiles::gsd_of(layer.levels.front().level),
+                 tiles::gsd_of(layer.levels.back().level));
+  }
+  if (s.stored_tiles < s.tiles)
+    fmt::print("  {} of {} tiles equal another and are stored once\n", s.tiles - s.stored_tiles, s.tiles);
+  fmt::print("  {:.1f} s, {:.1f} Mpx/s\n", s.seconds, s.megapixels / s.seconds);
+}
+
+void run(const CommandLine& line) {
+  const BuildOptions options = options_of(line);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is an error of the write then
+  stop_requested = false;
+  const auto previous = std::signal(SIGINT, [](int) { stop_requested = true; });
+  Progress progress = Progress::to(stderr);
+  try {
+    const BuildSummary summary = build(options, progress);
+    std::signal(SIGINT, previous);
+    if (line.json)
+      fmt::print("{}\n", json_of(line.output, summary).dump(2));
+    else
+      print(line.output, summary);
+  } catch (const Interrupted& e) {
+    // Dies of the signal, as shells expect of a program that was interrupted.
+    progress.say(fmt::format("landfix: {}", e.what()));
+    std::signal(SIGINT, SIG_DFL);
+    std::raise(SIGINT);
+  }
+}
+
+}  // namespace
+
+void add_build(CLI::App& app) {
+  auto line = std::make_shared<CommandLine>();
+  CLI::App* command = app.add_subcommand("build", "Make a map pack from georeferenced images and heights");
+  command->footer(kExamples);
+  command->add_option("image", line->images, "Images in any CRS: 8-bit RGB, RGB + near infrared or gray")->required();
+  command->add_option("-o,--output", line->output, "The pack to write")->required();
+  command->add_option("--dem", line->dem, "Heights in any CRS");
+  command->add_option("--dem-datum", line->dem_datum, "What the heights are above: ellipsoid, egm96 or EPSG:n");
+  command->add_option("--aoi", line->options.area_file,
+                      "Polygons of a vector file: only tiles that they touch are stored");
+  command->add_option("--bbox", line->options.bbox, "West,south,east,north in degrees, instead of --aoi");
+  command->add_option("--zone", line->zone,
+                      "UTM zone such as 36N, 0N or 0S for UPS (default: that of the images' centre)");
+  command
+      ->add_option("--gsd", line->gsd_m,
+                   "Ground sample distance in metres, a power of two (default: nearest to the finest image's)")
+      ->check(CLI::PositiveNumber);
+  std::vector<std::string> names;
+  for (const auto* layer : layers::registry()) names.push_back(layer->info().name);
+  command
+      ->add_option("--layers", line->layers,
+                   fmt::format("Layers to make, of {} (default: all that the inputs serve)", fmt::join(names, ",")))
+      ->delimiter(',');
+  command->add_option("--date", line->dates, "FILE=2009-08-18: capture date of an image")->expected(1)->take_all();
+  command->add_option("--bands", line->bands, "FILE=nir,red,green: what an image's bands show; '-' leaves one out")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--codec", line->codecs, "LAYER=raw, jpeg or zstd")->expected(1)->take_all();
+  command->add_option("--jpeg-quality", line->options.jpeg_quality, "1 to 100")->capture_default_str();
+  command
+      ->add_option("--plane-height", line->options.plane_height_m,
+                   "Metres above the ellipsoid of the ground where there are no heights")
+      ->capture_default_str();
+  command
+      ->add_option("--georegistration-error", line->georegistration_error_m,
+                   "One sigma per axis of the images' place, metres")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", line->options.threads, "Threads to use (default: one per core)")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--force", line->options.force, "Replace the pack if it is there already");
+  command->add_flag("--json", line->json, "Print the summary as JSON");
+  command->callback([line] { run(*line); });
+}
+
+}  // namespace landfix::tools

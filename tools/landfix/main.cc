@@ -1,0 +1,62 @@
+// landfix: one program of subcommands. Errors become one line on stderr and a documented exit code.
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <clocale>
+#include <exception>
+#include <new>
+
+#include "builder/error.h"
+#include "tools/landfix/commands.h"
+
+namespace {
+
+using landfix::ExitCode;
+
+int report(ExitCode code, const std::string& message) {
+  fmt::print(stderr, "landfix: {}\n", message);
+  return int(code);
+}
+
+void add_all(CLI::App& app) {
+  landfix::tools::add_build(app);
+  landfix::tools::add_info(app);
+  landfix::tools::add_verify(app);
+  landfix::tools::add_query(app);
+  landfix::tools::add_keygen(app);
+  landfix::tools::add_sign(app);
+  landfix::tools::add_synth(app);
+  landfix::tools::add_fly(app);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Output is for people and programs alike: results on stdout, everything else on stderr.
+  spdlog::set_default_logger(spdlog::stderr_color_mt("landfix"));
+  spdlog::set_pattern("%^%l%$: %v");
+
+  CLI::App app{"Map packs for navigation without GNSS: build, inspect, sign, fly."};
+  app.name("landfix");
+  app.set_version_flag("--version", "landfix " LANDFIX_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "'landfix COMMAND --help' shows a command's options with examples.\n"
+      "Exit codes: 0 done, 1 internal error, 2 wrong command line, 3 input that cannot be used, 4 damaged or unknown "
+      "pack,\n"
+      "5 missing or untrusted signature, 6 no data there, 7 reading or writing failed.");
+  add_all(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : int(ExitCode::kUsage);
+  } catch (const landfix::Error& e) {
+    return report(e.code(), e.what());
+  } catch (const std::bad_alloc&) {
+    return report(ExitCode::kInternal, "out of memory");
+  } catch (const std::exception& e) {
+    return report(ExitCode::kInternal, fmt::format("internal error: {}", e.what()));
+  }
+  return 0;
+}

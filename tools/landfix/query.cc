@@ -1,0 +1,173 @@
+// landfix query: ask a pack what an aircraft would ask it, and see the answer.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "tools/common/grid_image_io.h"
+#include "tools/common/manifest_json.h"
+#include "tools/common/open_pack.h"
+#include "tools/landfix/commands.h"
+
+namespace landfix::tools {
+namespace {
+
+using nlohmann::ordered_json;
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct QueryOptions {
+  std::string pack, layer = "gray", output;
+  std::vector<std::string> keys;
+  std::vector<double> at, grid, covariance, bbox;
+  double sigma = 50, k = 3, gsd = 0;
+  bool json = false, manifest = false;
+};
+
+struct Question {
+  Ellipse ellipse;  ///< mean only where a box is asked for
+  Region region;
+};
+
+GridPosition position_of(const Pack& pack, const QueryOptions& o) {
+  if (!o.grid.empty()) {
+    const auto geodetic = pack.geodetic_from_grid(o.grid[0], o.grid[1]);
+    check(geodetic.status(), "--grid");
+    return {o.grid[0], o.grid[1], geodetic->convergence_rad, geodetic->scale};
+  }
+  const auto position = pack.grid_from_geodetic(o.at[1] * kDegree, o.at[0] * kDegree);
+  if (!position)
+    throw Error(
+        ExitCode::kBadInput,
+        fmt::format("--at {},{}: no place in the pack's zone {}; give longitude first, then latitude, in degrees",
+                    o.at[0], o.at[1], zone_name(zone_of(pack))));
+  return *position;
+}
+
+// The pixels around a box given in degrees: its edges are no straight lines on the grid, so they are followed.
+Result<Region> region_of_bbox(const Pack& pack, uint32_t layer, const std::vector<double>& b, double gsd_m) {
+  double west = INFINITY, south = INFINITY, east = -INFINITY, north = -INFINITY;
+  constexpr int kSteps = 32;
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; j <= kSteps; ++j) {
+      if (i % kSteps != 0 && j % kSteps != 0) continue;
+      const auto p = pack.grid_from_geodetic((b[1] + (b[3] - b[1]) * j / kSteps) * kDegree,
+                                             (b[0] + (b[2] - b[0]) * i / kSteps) * kDegree);
+      if (!p) return p.status();
+      west = std::min(west, p->east_m), east = std::max(east, p->east_m);
+      south = std::min(south, p->north_m), north = std::max(north, p->north_m);
+    }
+  return pack.box(layer, west, south, east, north, gsd_m);
+}
+
+Question question_of(const Pack& pack, const QueryOptions& o) {
+  const Result<uint32_t> layer = pack.find_layer(o.layer.c_str());
+  check(layer.status(), o.pack + ": layer '" + o.layer + "'");
+  const double gsd = o.gsd > 0 ? o.gsd : pack.level(*layer, 0)->gsd_m;
+  Question q{};
+  if (!o.bbox.empty()) {
+    const auto region = region_of_bbox(pack, *layer, o.bbox, gsd);
+    check(region.status(), "--bbox");
+    q.region = *region;
+    q.ellipse.east_m = region->west_m + 0.5 * region->width * region->gsd_m;
+    q.ellipse.north_m = region->north_m - 0.5 * region->height * region->gsd_m;
+    return q;
+  }
+  const GridPosition p = position_of(pack, o);
+  q.ellipse = {p.east_m, p.north_m, o.sigma * o.sigma, 0, o.sigma * o.sigma, o.k};
+  if (!o.covariance.empty())
+    q.ellipse.cov_ee = o.covariance[0], q.ellipse.cov_en = o.covariance[1], q.ellipse.cov_nn = o.covariance[2];
+  const auto region = pack.region(*layer, q.ellipse, gsd);
+  check(region.status(), fmt::format("easting {:.1f}, northing {:.1f}", p.east_m, p.north_m));
+  q.region = *region;
+  return q;
+}
+
+ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question& q) {
+  const Region& r = q.region;
+  const auto geodetic = pack.geodetic_from_grid(q.ellipse.east_m, q.ellipse.north_m);
+  check(geodetic.status(), "position");
+  const auto height = pack.height(q.ellipse.east_m, q.ellipse.north_m);
+  const auto undulation = pack.undulation(q.ellipse.east_m, q.ellipse.north_m);
+  const auto image = read_region(pack, r);
+  return {{"position",
+           {{"longitude_deg", geodetic->longitude_rad / kDegree},
+            {"latitude_deg", geodetic->latitude_rad / kDegree},
+            {"east_m", q.ellipse.east_m},
+            {"north_m", q.ellipse.north_m},
+            {"zone", zone_name(zone_of(pack))},
+            {"convergence_deg", geodetic->convergence_rad / kDegree},
+            {"scale", geodetic->scale},
+            {"ground_height_m", height ? ordered_json(height->height_m) : ordered_json(nullptr)},
+            {"ground_height_from",
+             height ? ordered_json(height->from_layer ? "height layer" : "assumed plane") : ordered_json(nullptr)},
+            {"geoid_undulation_m", undulation ? ordered_json(*undulation) : ordered_json(nullptr)}}},
+          {"region",
+           {{"layer", o.layer},
+            {"level", r.level},
+            {"gsd_m", r.gsd_m},
+            {"west_m", r.west_m},
+            {"north_m", r.north_m},
+            {"width_px", r.width},
+            {"height_px", r.height},
+            {"valid_share", double(cv::countNonZero(image.valid)) / double(image.valid.total())}}}};
+}
+
+void print_answer(const ordered_json& answer) {
+  for (const auto& [group, values] : answer.items()) {
+    fmt::print("{}\n", group);
+    for (const auto& [name, value] : values.items())
+      fmt::print("  {:<20} {}\n", name, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+}
+
+void query(const QueryOptions& o) {
+  if (o.manifest) {
+    fmt::print("{}\n", manifest_json(open_pack(o.pack, o.keys)).dump(2));
+    return;
+  }
+  if ((o.at.empty() ? 0 : 1) + (o.grid.empty() ? 0 : 1) + (o.bbox.empty() ? 0 : 1) != 1)
+    throw Error(ExitCode::kUsage, "say where: one of --at LON,LAT, --grid E,N or --bbox W,S,E,N (or --manifest)");
+  const Pack pack = open_pack(o.pack, o.keys);
+  const Question q = question_of(pack, o);
+  const ordered_json answer = answer_json(pack, o, q);
+  if (!o.output.empty()) write_grid_image(o.output, read_region(pack, q.region), zone_of(pack));
+  if (o.json)
+    fmt::print("{}\n", answer.dump(2));
+  else
+    print_answer(answer);
+}
+
+}  // namespace
+
+void add_query(CLI::App& app) {
+  auto o = std::make_shared<QueryOptions>();
+  CLI::App* c = app.add_subcommand("query", "Ask a pack for a region, heights and geodesy, as an aircraft would");
+  c->add_option("pack", o->pack, "the pack")->required();
+  c->add_option("--at", o->at, "LON,LAT in degrees: centre of the region")->delimiter(',')->expected(2);
+  c->add_option("--grid", o->grid, "E,N in metres of the pack's zone: centre of the region")
+      ->delimiter(',')
+      ->expected(2);
+  c->add_option("--bbox", o->bbox, "W,S,E,N in degrees: the region")->delimiter(',')->expected(4);
+  c->add_option("--sigma", o->sigma, "standard deviation of the position per axis, metres")->capture_default_str();
+  c->add_option("--covariance", o->covariance, "EE,EN,NN in square metres, instead of --sigma")
+      ->delimiter(',')
+      ->expected(3);
+  c->add_option("-k", o->k, "how many sigmas the region reaches")->capture_default_str();
+  c->add_option("--layer", o->layer, "gray, overview, height, ...")->capture_default_str();
+  c->add_option("--gsd", o->gsd, "wanted metres per pixel (default: the layer's finest)");
+  c->add_option("-o,--output", o->output, "write the region: .png for people, .tif for programs");
+  c->add_option("--key", o->keys, "trusted public key file");
+  c->add_flag("--json", o->json, "print JSON");
+  c->add_flag("--manifest", o->manifest, "print the manifest as JSON instead, as 'landfix info --json' does");
+  c->footer(
+      "Examples:\n"
+      "  landfix query area.lfpack --at 34.93,31.30 --sigma 40 -o region.png\n"
+      "  landfix query area.lfpack --grid 683900,3464000 --layer height --gsd 4 -o heights.tif\n"
+      "  landfix query area.lfpack --bbox 34.92,31.29,34.94,31.31 --layer overview -o area.png");
+  c->callback([o] { query(*o); });
+}
+
+}  // namespace landfix::tools
