@@ -18,7 +18,8 @@ constexpr double kFinerThanCamera = 0.7;  ///< a map level may be finer than the
 constexpr double kAttitudeSearchSigmas = 4;
 
 bool valid(const LocalizerOptions& o) {
-  for (double v : {o.attitude_sigma_rad, o.attitude_bias_sigma_rad, o.map_bias_sigma_m, o.independent_fraction})
+  for (double v :
+       {o.attitude_sigma_rad, o.attitude_bias_sigma_rad, o.map_bias_sigma_m, o.change_sigma_m, o.independent_fraction})
     if (!(v >= 0 && std::isfinite(v))) return false;
   return o.min_pixels_per_residual > 0 && o.outlier_probability > 0 && o.outlier_probability <= 1 &&
          o.min_coverage > 0 && o.min_coverage <= 1 && o.search_tail_probability > 0 &&
@@ -44,16 +45,20 @@ struct Localizer::State {
                        Search& search) const;
   Status correlate(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_above_ground_m,
                    const Search& search);
-  double attitude_error_m(double height_above_ground_m) const {
-    return std::hypot(options.attitude_sigma_rad, options.attitude_bias_sigma_rad) * height_above_ground_m;
+  /// One sigma per axis of what roll and pitch shift on the ground, `share` of the white noise's variance counted.
+  double attitude_error_m(double height_above_ground_m, double share = 1) const {
+    return std::hypot(options.attitude_sigma_rad * std::sqrt(share), options.attitude_bias_sigma_rad) *
+           height_above_ground_m;
   }
   /// Adds what no number of images averages away.
-  void add_bias(double height_above_ground_m, std::array<double, 4>& covariance) const {
+  void add_bias(double height_above_ground_m, double change_m2, std::array<double, 4>& covariance) const {
     const double tilt_m = options.attitude_bias_sigma_rad * height_above_ground_m;
-    const double variance = tilt_m * tilt_m + options.map_bias_sigma_m * options.map_bias_sigma_m;
+    const double variance = tilt_m * tilt_m + options.map_bias_sigma_m * options.map_bias_sigma_m + change_m2;
     covariance[0] += variance;
     covariance[3] += variance;
   }
+  /// From the correlation surface to the likelihood that the filter takes in, and the record of the image.
+  Status weigh(const Peak& peak, const Search& search, double height_above_ground_m, Fix& fix);
 
   const MapSource& map;
   LocalizerOptions options;
@@ -63,7 +68,8 @@ struct Localizer::State {
   Likelihood likelihood;
   bool matched_before = false;  ///< since the start
   double flown_since_match_m = 0;
-  double last_height_m = 0;  ///< above ground, at the last match
+  double last_height_m = 0;       ///< above ground, at the last match
+  double change_variance_m2 = 0;  ///< per axis, mean over the latest independent images
 };
 
 /// The finest level that serves the camera and keeps template and window within their limits.
@@ -108,7 +114,33 @@ Status Localizer::State::correlate(const cv::Mat& image, const Camera& camera, c
                          r.north_m + patch.north_m, search.gsd_m, window);
   if (status != Status::kOk) return status;
   if (window.gsd_m != search.gsd_m) return Status::kMapError;
+  features::leave_out_shade(patch, options.shade);
+  features::leave_out_shade(window, options.shade);
   return matcher.match(patch, window, surface);
+}
+
+Status Localizer::State::weigh(const Peak& peak, const Search& search, double above_m, Fix& fix) {
+  const double pixels = cv::countNonZero(patch.valid), side_m = std::sqrt(pixels) * search.gsd_m;
+  const double independent_m = options.independent_fraction * side_m;
+  fix.weight = matched_before && flown_since_match_m < independent_m ? flown_since_match_m / independent_m : 1;
+  const double change_m = options.change_sigma_m * (1 - std::clamp(peak.value, 0.0, 1.0));
+  // The attitude's white noise is new in every image, however much of the ground is not: of its variance only as much
+  // may count as the tempering, which divides by the weight, restores. Half a cell and half a pixel: no peak may be
+  // narrower than what either grid can show.
+  const double sigma_m = std::hypot(std::hypot(attitude_error_m(above_m, fix.weight), change_m),
+                                    std::hypot(0.5 * search.gsd_m, 0.5 * filter.cell_m()));
+  const double independent_pixels = std::min(matcher.independent_pixels(), pixels / options.min_pixels_per_residual);
+  const LikelihoodOptions o{independent_pixels, sigma_m, options.outlier_probability};
+  if (const Status s = likelihood_from_ncc(surface, o, likelihood); s != Status::kOk) return s;
+  if (!search.whole) likelihood.outside = 1;  // what was not searched is not excluded
+
+  fix.covariance_m2 = covariance_m2(likelihood);
+  const double left_out_m = options.attitude_sigma_rad * above_m;
+  fix.covariance_m2[0] += (1 - fix.weight) * left_out_m * left_out_m;
+  fix.covariance_m2[3] += (1 - fix.weight) * left_out_m * left_out_m;
+  add_bias(above_m, change_m * change_m, fix.covariance_m2);
+  change_variance_m2 += fix.weight * (change_m * change_m - change_variance_m2);
+  return temper(fix.weight, likelihood);
 }
 
 Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
@@ -126,18 +158,7 @@ Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const 
   Peak peak;
   if (const Status s = find_peak(surface, kMainLobePx, peak); s != Status::kOk) return s;
 
-  const double pixels = cv::countNonZero(patch.valid), side_m = std::sqrt(pixels) * search.gsd_m;
-  // Half a cell and half a pixel: no peak may be narrower than what either grid can show.
-  const double sigma_m = std::hypot(attitude_error_m(above_m), std::hypot(0.5 * search.gsd_m, 0.5 * filter.cell_m()));
-  const double independent_pixels = std::min(matcher.independent_pixels(), pixels / options.min_pixels_per_residual);
-  const LikelihoodOptions o{independent_pixels, sigma_m, options.outlier_probability};
-  if (const Status s = likelihood_from_ncc(surface, o, likelihood); s != Status::kOk) return s;
-  if (!search.whole) likelihood.outside = 1;  // what was not searched is not excluded
-  fix.covariance_m2 = covariance_m2(likelihood);
-  add_bias(above_m, fix.covariance_m2);
-  const double independent_m = options.independent_fraction * side_m;
-  fix.weight = matched_before && flown_since_match_m < independent_m ? flown_since_match_m / independent_m : 1;
-  if (const Status s = temper(fix.weight, likelihood); s != Status::kOk) return s;
+  if (const Status s = weigh(peak, search, above_m, fix); s != Status::kOk) return s;
   if (const Status s = filter.update(likelihood); s != Status::kOk) return s;
 
   matched_before = true;
@@ -164,6 +185,7 @@ Status Localizer::start(double east_m, double north_m, double sigma_m) {
   state_->matched_before = false;
   state_->flown_since_match_m = 0;
   state_->last_height_m = 0;
+  state_->change_variance_m2 = 0;
   return Status::kOk;
 }
 
@@ -191,7 +213,7 @@ Estimate Localizer::estimate() const {
   if (!state_->filter.started()) return {};
   const PointMassFilter::Moments m = state_->filter.moments();
   Estimate estimate{Status::kOk, m.east_m, m.north_m, m.covariance_m2};
-  state_->add_bias(state_->last_height_m, estimate.covariance_m2);
+  state_->add_bias(state_->last_height_m, state_->change_variance_m2, estimate.covariance_m2);
   return estimate;
 }
 

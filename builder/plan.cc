@@ -1,0 +1,272 @@
+#include "builder/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "builder/catalog/hash.h"
+#include "builder/error.h"
+#include "builder/ingest/geoid.h"
+#include "builder/ingest/zone.h"
+#include "builder/layers/registry.h"
+#include "builder/layers/window.h"
+
+namespace landfix {
+namespace {
+
+using layers::Input;
+using layers::LevelRule;
+
+int image_level_of(const BuildOptions& options, const ingest::ImageSet& images) {
+  if (!options.gsd_m) return images.derived_level();
+  const std::optional<int> level = tiles::nearest_level(*options.gsd_m);
+  if (!level)
+    throw Error(ExitCode::kUsage, fmt::format("--gsd {}: expected a power of two from {} to {} metres", *options.gsd_m,
+                                              tiles::gsd_of(tiles::kMinLevel), tiles::gsd_of(tiles::kMaxLevel)));
+  if (tiles::gsd_of(*level) != *options.gsd_m)
+    throw Error(ExitCode::kUsage, fmt::format("--gsd {}: the grid has powers of two only; the nearest is {}",
+                                              *options.gsd_m, tiles::gsd_of(*level)));
+  return *level;
+}
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(ExitCode::kIo, fmt::format("{}: cannot read this file", path));
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string hash_of_text(const std::string& text) {
+  return catalog::hex(catalog::hash_of({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).bytes);
+}
+
+// How the area came about, for the manifest: no folders, but what identifies it.
+std::string area_text(const BuildOptions& options) {
+  if (!options.area_file.empty())
+    return fmt::format("{} blake2b:{}", std::filesystem::path(options.area_file).filename().string(),
+                       hash_of_text(text_of_file(options.area_file)));
+  return options.bbox.empty() ? "images" : "bbox " + options.bbox;
+}
+
+std::unique_ptr<ingest::Area> area_of(const BuildOptions& options, const ingest::ImageSet& images) {
+  if (!options.area_file.empty() && !options.bbox.empty())
+    throw Error(ExitCode::kUsage, "--aoi and --bbox: expected at most one of them");
+  const auto make = [&] {
+    if (!options.area_file.empty()) return ingest::Area::from_file(options.area_file, images.zone());
+    if (!options.bbox.empty()) return ingest::Area::from_bbox(options.bbox, images.zone());
+    return ingest::Area::of_images(images);
+  };
+  auto area = std::make_unique<ingest::Area>(make());
+  area->require_overlap(images);
+  return area;
+}
+
+// The finest level at which the area is no larger than a tile.
+int top_level_of(const ingest::GridBounds& bounds) {
+  const double extent_m = std::max(bounds.east_m - bounds.west_m, bounds.north_m - bounds.south_m);
+  int level = tiles::kMinLevel;
+  while (level < tiles::kMaxLevel && tiles::tile_side(level) < extent_m) ++level;
+  return level;
+}
+
+std::vector<std::string> all_names() {
+  std::vector<std::string> names;
+  for (const layers::RasterLayer* layer : layers::registry()) names.push_back(layer->info().name);
+  return names;
+}
+
+void require_known(const std::string& name, const char* option) {
+  if (!layers::find(name))
+    throw Error(ExitCode::kUsage,
+                fmt::format("{} {}: no such layer; expected some of {}", option, name, fmt::join(all_names(), ", ")));
+}
+
+bool is_wanted(const layers::LayerInfo& info, const BuildOptions& options) {
+  const bool named = std::find(options.layers.begin(), options.layers.end(), info.name) != options.layers.end();
+  if (named && info.input == Input::kHeights && !options.elevation)
+    throw Error(ExitCode::kUsage,
+                fmt::format("--layers {}: this layer needs heights; give them with --dem", info.name));
+  return named || (options.layers.empty() && (info.input != Input::kHeights || options.elevation));
+}
+
+LayerPlan plan_of(const layers::RasterLayer& layer, const BuildOptions& options, const Plan& plan) {
+  const layers::LayerInfo& info = layer.info();
+  LayerPlan out{&layer, info.default_codec};
+  if (const auto chosen = options.codecs.find(info.name); chosen != options.codecs.end()) out.codec = chosen->second;
+  if (out.codec == tiles::Codec::kJpeg && info.format.type != tiles::PixelType::kU8)
+    throw Error(ExitCode::kUsage,
+                fmt::format("--codec {}=jpeg: JPEG serves 8-bit layers only; use raw or zstd", info.name));
+  int window_level = plan.image_level;
+  if (info.input == Input::kHeights)
+    window_level = std::max(window_level, tiles::nearest_level(plan.elevation->gsd_m()).value_or(window_level));
+  out.base_level = std::min(window_level + info.base_offset, tiles::kMaxLevel);
+  out.top_level = std::max(out.base_level, top_level_of(plan.area->bounds()));
+  return out;
+}
+
+void choose_layers(const BuildOptions& options, Plan& plan) {
+  for (const std::string& name : options.layers) require_known(name, "--layers");
+  for (const auto& entry : options.codecs) require_known(entry.first, "--codec");
+  for (const layers::RasterLayer* layer : layers::registry()) {
+    if (!is_wanted(layer->info(), options)) continue;
+    const LayerPlan out = plan_of(*layer, options, plan);
+    const bool every_level = layer->info().level_rule == LevelRule::kFromSource;
+    for (int level = out.base_level; level <= (every_level ? out.top_level : out.base_level); ++level)
+      plan.sources[level - layer->info().base_offset].push_back(plan.layers.size());
+    plan.layers.push_back(out);
+  }
+}
+
+std::optional<double> georegistration_error(const BuildOptions& options, const ingest::ImageSet& images) {
+  if (options.georegistration_error_m) return options.georegistration_error_m;
+  double largest = 0;
+  for (const ingest::Source& source : images.sources()) {
+    if (!source.georegistration_error_m) return std::nullopt;
+    largest = std::max(largest, *source.georegistration_error_m);
+  }
+  return largest;
+}
+
+std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOptions& options, const Plan& plan) {
+  std::vector<std::pair<std::string, std::string>> out;
+  out.emplace_back("area", area_text(options));
+  out.emplace_back("gsd_m", fmt::format("{}", tiles::gsd_of(plan.image_level)));
+  bool jpeg = false;
+  for (const LayerPlan& layer : plan.layers) {
+    out.emplace_back("codec." + layer.info().name, name_of(layer.codec));
+    jpeg |= layer.codec == tiles::Codec::kJpeg;
+  }
+  if (jpeg) out.emplace_back("jpeg_quality", std::to_string(options.jpeg_quality));
+  return out;
+}
+
+ingest::GridBounds intersection(const ingest::GridBounds& a, const ingest::GridBounds& b) {
+  return {std::max(a.west_m, b.west_m), std::max(a.south_m, b.south_m), std::min(a.east_m, b.east_m),
+          std::min(a.north_m, b.north_m)};
+}
+
+// Encloses the data of every layer's finest level: tiles that touch the area are stored whole, as far as the inputs
+// reach.
+ingest::GridBounds bounds_of_data(const Plan& plan) {
+  ingest::GridBounds bounds;
+  for (const LayerPlan& layer : plan.layers) {
+    const tiles::TileRange range = tiles::tiles_of(ingest::pixels_covering(plan.area->bounds(), layer.base_level));
+    ingest::GridBounds touched = ingest::bounds_of(tiles::TileIndex{range.level, range.x_min, range.y_min});
+    touched.extend(ingest::bounds_of(tiles::TileIndex{range.level, range.x_max, range.y_max}));
+    const bool heights = layer.info().input == Input::kHeights;
+    const ingest::GridBounds& input = heights ? plan.elevation->source().bounds : plan.images->bounds();
+    const ingest::GridBounds data =
+        intersection(touched, ingest::bounds_of(ingest::pixels_covering(input, layer.base_level)));
+    if (!data.empty()) bounds.extend(data);
+  }
+  return bounds;
+}
+
+void describe(const BuildOptions& options, Plan& plan) {
+  exporter::PackDescription& d = plan.description;
+  d.zone = plan.images->zone();
+  d.bounds = bounds_of_data(plan);
+  for (const LayerPlan& layer : plan.layers)
+    d.layers.push_back({layer.info().name, layer.info().description, layer.info().format, {}});
+  for (const ingest::Source& source : plan.images->sources())
+    d.sources.push_back({exporter::SourceRole::kImage, source});
+  if (plan.elevation) d.sources.push_back({exporter::SourceRole::kElevation, plan.elevation->source()});
+  ingest::GeoidResult geoid = ingest::make_geoid_grid(d.zone, d.bounds);
+  d.geoid = std::move(geoid.grid);
+  if (!geoid.warning.empty()) plan.warnings.push_back(geoid.warning);
+  d.plane_height_m = options.plane_height_m;
+  d.georegistration_error_m = georegistration_error(options, *plan.images);
+  d.builder = "landfix " LANDFIX_VERSION;
+  d.parameters = parameters_of(options, plan);
+}
+
+// All that decides about the bytes of tiles and about which there are.
+std::string fingerprint_of(const Plan& plan) {
+  const exporter::PackDescription& d = plan.description;
+  std::string text = fmt::format("{}\n{}\n{} {} {} {}\n", d.builder, ingest::zone_text(d.zone), d.bounds.west_m,
+                                 d.bounds.south_m, d.bounds.east_m, d.bounds.north_m);
+  for (const auto& [name, value] : d.parameters) text += fmt::format("{}={}\n", name, value);
+  for (const LayerPlan& l : plan.layers) text += fmt::format("{} {} {}\n", l.info().name, l.base_level, l.top_level);
+  for (const exporter::PackSource& s : d.sources) {
+    text += fmt::format("{} {} {} {} {}", int(s.role), s.source.sha256, s.source.date, s.source.crs,
+                        s.source.vertical_datum);
+    for (const ingest::BandRole role : s.source.bands) text += fmt::format(" {}", ingest::name_of(role));
+    text += "\n";
+  }
+  return hash_of_text(text);
+}
+
+void check_options(const BuildOptions& options) {
+  if (options.images.empty()) throw Error(ExitCode::kUsage, "no image was given");
+  if (options.jpeg_quality < 1 || options.jpeg_quality > 100)
+    throw Error(ExitCode::kUsage, fmt::format("--jpeg-quality {}: expected 1 to 100", options.jpeg_quality));
+  if (options.threads < 0)
+    throw Error(ExitCode::kUsage, fmt::format("--threads {}: expected 1 or more", options.threads));
+  if (!std::isfinite(options.plane_height_m))
+    throw Error(ExitCode::kUsage, "--plane-height: expected metres above the ellipsoid");
+  if (const auto e = options.georegistration_error_m; e && !(std::isfinite(*e) && *e >= 0))
+    throw Error(ExitCode::kUsage, fmt::format("--georegistration-error {}: expected metres, 0 or more", *e));
+  if (!options.output.has_filename()) throw Error(ExitCode::kUsage, "no output file was given");
+  if (std::filesystem::exists(options.output) && !options.force)
+    throw Error(ExitCode::kUsage, fmt::format("{}: exists already; --force replaces it", options.output.string()));
+}
+
+}  // namespace
+
+const char* name_of(tiles::Codec codec) {
+  switch (codec) {
+    case tiles::Codec::kRaw:
+      return "raw";
+    case tiles::Codec::kJpeg:
+      return "jpeg";
+    case tiles::Codec::kZstd:
+      return "zstd";
+  }
+  return "";
+}
+
+Plan make_plan(const BuildOptions& options) {
+  check_options(options);
+  Plan plan;
+  plan.images = std::make_unique<ingest::ImageSet>(options.images, options.zone);
+  plan.image_level = image_level_of(options, *plan.images);
+  plan.area = area_of(options, *plan.images);
+  if (options.elevation) {
+    plan.elevation = std::make_unique<ingest::ElevationModel>(*options.elevation, plan.images->zone());
+    plan.elevation->require_overlap(plan.area->bounds());
+    plan.warnings = plan.elevation->warnings();
+  } else {
+    plan.warnings.push_back(
+        fmt::format("no heights (--dem): the runtime will assume a plane {} m above the ellipsoid (--plane-height)",
+                    options.plane_height_m));
+  }
+  choose_layers(options, plan);
+  plan.encoding.jpeg_quality = options.jpeg_quality;
+  describe(options, plan);
+  plan.fingerprint = fingerprint_of(plan);
+  return plan;
+}
+
+std::vector<tiles::TileIndex> blocks_of(const Plan& plan, int level) {
+  const ingest::GridBounds& bounds = plan.area->bounds();
+  const tiles::TileRange range = tiles::tiles_of(ingest::pixels_covering(bounds, level + layers::kBlockLog2));
+  std::vector<tiles::TileIndex> blocks;
+  for (int32_t y = range.y_min; y <= range.y_max; ++y)
+    for (int32_t x = range.x_min; x <= range.x_max; ++x)
+      if (const tiles::TileIndex block{range.level, x, y}; plan.area->touches(block)) blocks.push_back(block);
+  std::sort(blocks.begin(), blocks.end(),
+            [](const auto& a, const auto& b) { return tiles::hilbert_key(a) < tiles::hilbert_key(b); });
+  return blocks;
+}
+
+tiles::PixelRect window_of(const Plan& plan, const tiles::TileIndex& block, int level, int halo_px) {
+  tiles::PixelRect rect = layers::pixels_of(block, level);
+  rect = {level, rect.column - halo_px, rect.row - halo_px, rect.width + 2 * halo_px, rect.height + 2 * halo_px};
+  ingest::GridBounds inputs = plan.images->bounds();
+  if (plan.elevation) inputs.extend(plan.elevation->source().bounds);
+  return layers::intersection(rect, ingest::pixels_covering(inputs, level));
+}
+
+}  // namespace landfix

@@ -1,0 +1,124 @@
+#include "tools/bench/data.h"
+
+#include <cpl_error.h>
+#include <fmt/format.h>
+#include <gdal_priv.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "builder/error.h"
+#include "runtime/features/gray.h"
+#include "tools/bench/process.h"
+#include "tools/common/files.h"
+#include "tools/common/grid_image_io.h"
+#include "tools/synth/world.h"
+
+namespace landfix::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+// No multiple of the tile size and, against 256, with a common divisor of only 4: tiles repeat every 64 periods, which
+// is never.
+constexpr int kPeriod_m = 3100;
+constexpr double kHeightGsd_m = 2;
+
+/// What the files depend on.
+nlohmann::json parameters_of(const Options& o) {
+  return {{"size_px", o.size_px}, {"period_m", kPeriod_m}, {"height_gsd_m", kHeightGsd_m}, {"format", 1}};
+}
+
+/// Empties the folder where it holds data of other parameters.
+void open_folder(const Options& o) {
+  fs::create_directories(o.work);
+  const fs::path file = o.work / "parameters.json";
+  const std::string wanted = parameters_of(o).dump() + "\n";
+  std::ifstream in(file);
+  if (std::string(std::istreambuf_iterator<char>(in), {}) == wanted) return;
+  for (const char* name :
+       {"world", "gray.tif", "rgb.vrt", "gray.vrt", "heights.vrt", "map.lfpack", "raw.tif", "cog.tif", "map.mbtiles"})
+    fs::remove_all(o.work / name);
+  tools::write_text(file.string(), wanted);
+}
+
+/// The gray values of an RGB file, read with GDAL alone: what a pack of the file must hold.
+void write_gray(const fs::path& rgb, const fs::path& gray, const tiles::Zone& zone) {
+  const GDALDatasetUniquePtr data(GDALDataset::Open(rgb.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
+  double transform[6];
+  if (!data || data->GetGeoTransform(transform) != CE_None)
+    throw Error(ExitCode::kIo, rgb.string() + ": " + CPLGetLastErrorMsg());
+  const int width = data->GetRasterXSize(), height = data->GetRasterYSize();
+  features::GridImage image{cv::Mat(height, width, CV_8UC3), {}, transform[0], transform[3], transform[1]};
+  if (data->RasterIO(GF_Read, 0, 0, width, height, image.pixels.data, width, height, GDT_Byte, 3, nullptr, 3, 3 * width,
+                     1, nullptr) != CE_None)
+    throw Error(ExitCode::kIo, rgb.string() + ": " + CPLGetLastErrorMsg());
+  image.pixels = features::gray_from_rgb(image.pixels);
+  tools::write_grid_image(gray.string(), image, zone);
+}
+
+/// Runs a program that writes `file`; a file left by one that failed would be taken for the result next time.
+void make(const fs::path& file, const std::vector<std::string>& command) {
+  if (fs::exists(file)) return;
+  say("making " + file.string());
+  try {
+    run(command, file.string() + ".log");
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(file, ignored);
+    throw;
+  }
+}
+
+void make_world(const fs::path& folder) {
+  const fs::path world = folder / "world", gray = folder / "gray.tif";
+  synth::WorldOptions o;
+  o.size_m = kPeriod_m;
+  o.gsd_m = 1;
+  o.dem_gsd_m = kHeightGsd_m;
+  if (!fs::exists(world / "ortho.tif")) {
+    say("drawing " + world.string());
+    synth::write_world(o, world);
+  }
+  if (!fs::exists(gray)) write_gray(world / "ortho.tif", gray, {o.zone, !o.south});
+}
+
+bool is_newer(const fs::path& file, const fs::path& than) {
+  return fs::exists(file) && fs::last_write_time(file) > fs::last_write_time(than);
+}
+
+}  // namespace
+
+void say(const std::string& text) { fmt::print(stderr, "landfix_bench: {}\n", text); }
+
+void repeat(const fs::path& source, int width_px, int height_px, const fs::path& output) {
+  run({LANDFIX_REPEAT_SCRIPT, source, std::to_string(width_px), std::to_string(height_px), output},
+      output.string() + ".log");
+}
+
+Data make_data(const Options& o) {
+  open_folder(o);
+  make_world(o.work);
+  const Data d{o.work / "rgb.vrt", o.work / "heights.vrt", o.work / "map.lfpack",
+               o.work / "raw.tif", o.work / "cog.tif",     o.work / "map.mbtiles"};
+  const fs::path gray = o.work / "gray.vrt";
+  const int height_px = int(o.size_px / kHeightGsd_m);
+  repeat(o.work / "world/ortho.tif", o.size_px, o.size_px, d.rgb);
+  repeat(o.work / "gray.tif", o.size_px, o.size_px, gray);
+  repeat(o.work / "world/dsm.tif", height_px, height_px, d.heights);
+
+  if (!is_newer(d.pack, o.landfix)) fs::remove(d.pack);
+  make(d.pack, {o.landfix, "build", d.rgb, "--dem", d.heights, "--dem-datum", "ellipsoid", "--layers", kPackLayers,
+                "-o", d.pack});
+  make(d.raw,
+       {"gdal_translate", "-q", "-co", "TILED=YES", "-co", "BLOCKXSIZE=256", "-co", "BLOCKYSIZE=256", gray, d.raw});
+  make(d.cog,
+       {"gdal_translate", "-q", "-of", "COG", "-co", "COMPRESS=JPEG", "-co", "NUM_THREADS=ALL_CPUS", gray, d.cog});
+  if (!fs::exists(d.mbtiles)) {
+    make(d.mbtiles, {"gdal_translate", "-q", "-of", "MBTILES", "-co", "TILE_FORMAT=JPEG", gray, d.mbtiles});
+    run({"gdaladdo", "-q", "-r", "average", d.mbtiles}, d.mbtiles.string() + ".log");
+  }
+  return d;
+}
+
+}  // namespace landfix::bench
