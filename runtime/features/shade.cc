@@ -4,24 +4,24 @@
 
 namespace landfix::features {
 
-void leave_out_shade(GridImage& image, const ShadeOptions& o) {
+void lift_shade(GridImage& image, const ShadeOptions& o) {
   CV_Assert(image.pixels.type() == CV_8UC1);
   if (image.gsd_m > o.coarsest_gsd_m) return;
-  if (image.valid.empty()) image.valid = cv::Mat(image.pixels.size(), CV_8UC1, cv::Scalar(255));
   const int side = int(o.window_m / image.gsd_m) | 1;
-  const cv::Size window(side, side);
-  const auto sum = [&](const cv::Mat& of, cv::Mat& out) {
-    cv::boxFilter(of, out, CV_32F, window, {-1, -1}, false, cv::BORDER_CONSTANT);
+  const auto mean_around = [&](const cv::Mat& of, cv::Mat& out) {
+    cv::boxFilter(of, out, CV_32F, {side, side}, {-1, -1}, true, cv::BORDER_CONSTANT);
   };
-  cv::Mat seen, values, counts;
-  cv::bitwise_and(image.pixels, image.valid, seen);  // invalid pixels are 255 or 0 in the mask: they add nothing
-  sum(seen, values);
-  sum(image.valid, counts);  // 255 for each valid pixel
-  cv::Mat gray, shade;
-  image.pixels.convertTo(gray, CV_32F);
-  // gray < ratio * mean, mean = values / (counts / 255), without dividing
-  shade = gray.mul(counts) < values * (255 * o.ratio);
-  image.valid.setTo(0, shade);
+  cv::Mat floor, share, values = image.pixels;
+  cv::Mat valid = image.valid.empty() ? cv::Mat(values.size(), CV_8UC1, cv::Scalar(255)) : image.valid;
+  if (!image.valid.empty()) {
+    values = cv::Mat();
+    cv::bitwise_and(image.pixels, valid, values);
+  }
+  mean_around(values, floor);
+  mean_around(valid, share);  // 255 where all pixels around are valid
+  cv::divide(floor, share, floor, 255 * o.ratio);
+  floor.convertTo(floor, CV_8U);
+  cv::max(image.pixels, floor, image.pixels);
 }
 
 }  // namespace landfix::features

@@ -59,6 +59,7 @@ struct Localizer::State {
   }
   /// From the correlation surface to the likelihood that the filter takes in, and the record of the image.
   Status weigh(const Peak& peak, const Search& search, double height_above_ground_m, Fix& fix);
+  double change_error_m(double ncc) const { return options.change_sigma_m * (1 - std::clamp(ncc, 0.0, 1.0)); }
 
   const MapSource& map;
   LocalizerOptions options;
@@ -69,7 +70,7 @@ struct Localizer::State {
   bool matched_before = false;  ///< since the start
   double flown_since_match_m = 0;
   double last_height_m = 0;       ///< above ground, at the last match
-  double change_variance_m2 = 0;  ///< per axis, mean over the latest independent images
+  double change_variance_m2 = 0;  ///< per axis, of the images that made the estimate
 };
 
 /// The finest level that serves the camera and keeps template and window within their limits.
@@ -114,8 +115,8 @@ Status Localizer::State::correlate(const cv::Mat& image, const Camera& camera, c
                          r.north_m + patch.north_m, search.gsd_m, window);
   if (status != Status::kOk) return status;
   if (window.gsd_m != search.gsd_m) return Status::kMapError;
-  features::leave_out_shade(patch, options.shade);
-  features::leave_out_shade(window, options.shade);
+  features::lift_shade(patch, options.shade);
+  features::lift_shade(window, options.shade);
   return matcher.match(patch, window, surface);
 }
 
@@ -123,7 +124,7 @@ Status Localizer::State::weigh(const Peak& peak, const Search& search, double ab
   const double pixels = cv::countNonZero(patch.valid), side_m = std::sqrt(pixels) * search.gsd_m;
   const double independent_m = options.independent_fraction * side_m;
   fix.weight = matched_before && flown_since_match_m < independent_m ? flown_since_match_m / independent_m : 1;
-  const double change_m = options.change_sigma_m * (1 - std::clamp(peak.value, 0.0, 1.0));
+  const double change_m = change_error_m(peak.value);
   // The attitude's white noise is new in every image, however much of the ground is not: of its variance only as much
   // may count as the tempering, which divides by the weight, restores. Half a cell and half a pixel: no peak may be
   // narrower than what either grid can show.
@@ -139,7 +140,6 @@ Status Localizer::State::weigh(const Peak& peak, const Search& search, double ab
   fix.covariance_m2[0] += (1 - fix.weight) * left_out_m * left_out_m;
   fix.covariance_m2[3] += (1 - fix.weight) * left_out_m * left_out_m;
   add_bias(above_m, change_m * change_m, fix.covariance_m2);
-  change_variance_m2 += fix.weight * (change_m * change_m - change_variance_m2);
   return temper(fix.weight, likelihood);
 }
 
@@ -160,6 +160,11 @@ Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const 
 
   if (const Status s = weigh(peak, search, above_m, fix); s != Status::kOk) return s;
   if (const Status s = filter.update(likelihood); s != Status::kOk) return s;
+  // The image's error enters the estimate by the share of its uncertainty that the image took away.
+  const auto trace = [](const PointMassFilter::Moments& m) { return m.covariance_m2[0] + m.covariance_m2[3]; };
+  const double gain = std::clamp(1 - trace(filter.moments()) / trace(now), 0.0, 1.0),
+               change_m = change_error_m(peak.value);
+  change_variance_m2 += gain * (change_m * change_m - change_variance_m2);
 
   matched_before = true;
   flown_since_match_m = 0;

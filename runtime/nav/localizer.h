@@ -19,18 +19,17 @@ struct LocalizerOptions {
       0.00873;  ///< roll and pitch, independent from image to image (0.5°); heading is taken as exact
   double attitude_bias_sigma_rad = 0.0052;  ///< roll and pitch, constant in flight (0.3°): never averaged away
   double map_bias_sigma_m = 0.25;           ///< georegistration error of the map, per axis: never averaged away
-  /// How far changes since the map was made (shadows under another sun above all) pull a match aside: times (1 − NCC),
-  /// per axis. Neighbouring images share them, so they are never averaged away. 5 m is about half of what the shadows
-  /// of trees and houses move in an afternoon.
-  double change_sigma_m = 5;
+  /// How far changes since the map was made (what is left of turned shadows above all) pull a match aside: times
+  /// (1 − NCC), per axis. Neighbouring images share them, so they are never averaged away.
+  double change_sigma_m = 3;
 
   // The measurement.
   double outlier_probability = 0.02;  ///< of an image that says nothing about the position
   double min_pixels_per_residual =
       30;  ///< template pixels that share one independent residual, however fine the texture
   double independent_fraction = 0.25;  ///< of the footprint's side, to be flown until an image counts as wholly new
-  double min_coverage = 0.35;          ///< of the template that must lie on the map, outside of shade
-  features::ShadeOptions shade;        ///< what does not vote because another sun moves it
+  double min_coverage = 0.5;           ///< of the template that must lie on the map
+  features::ShadeOptions shade;        ///< what another sun would move
 
   // The search.
   double search_tail_probability = 1e-4;  ///< of the filter that may lie beyond each side of the search region

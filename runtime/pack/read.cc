@@ -169,9 +169,8 @@ lf_status read_pixels(const lf_pack& pack, const lf_region& region, uint8_t* out
   if (layer->format.type != tiles::PixelType::kU8) return LF_WRONG_TYPE;
   const size_t pixel = layer->format.channels;
   if (const lf_status s = check_buffer(region, pixel, row_bytes, out_bytes); s != LF_OK) return s;
-  return for_each_strip(pack, *layer, *level, region, [&](std::span<const Piece> strip) {
-    copy_strip(strip, layer->format, out, row_bytes);
-  });
+  return for_each_strip(pack, *layer, *level, region,
+                        [&](std::span<const Piece> strip) { copy_strip(strip, layer->format, out, row_bytes); });
 }
 
 lf_status read_values(const lf_pack& pack, const lf_region& region, float* out, size_t row_bytes, size_t out_bytes) {
