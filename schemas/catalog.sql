@@ -1,5 +1,5 @@
--- The journal of one build: `area.lfpack.build/catalog.sqlite`, beside `tiles.spool`, which holds the data of its tiles.
--- It lives from the beginning of a build to its success, so a build that was stopped goes on where it was.
+-- The journal of one build: `area.lfpack.build/catalog.sqlite`, beside `tiles.spool`, which holds the data of its
+-- tiles. It lives from the beginning of a build to its success, so a build that was stopped goes on where it was.
 
 -- One row: what is being built, from which bytes. A journal is continued only where this is equal.
 CREATE TABLE build (

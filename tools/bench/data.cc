@@ -5,6 +5,7 @@
 #include <gdal_priv.h>
 
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "builder/error.h"
@@ -57,17 +58,17 @@ void write_gray(const fs::path& rgb, const fs::path& gray, const tiles::Zone& zo
   tools::write_grid_image(gray.string(), image, zone);
 }
 
-/// Runs a program that writes `file`; a file left by one that failed would be taken for the result next time.
-void make(const fs::path& file, const std::vector<std::string>& command) {
+using Command = std::vector<std::string>;
+
+/// Makes `file` under another name, so that a run that was killed leaves nothing that looks finished. `commands`: what
+/// to run, from the name to write to.
+void make(const fs::path& file, const std::function<std::vector<Command>(const std::string& part)>& commands) {
   if (fs::exists(file)) return;
   say("making " + file.string());
-  try {
-    run(command, file.string() + ".log");
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(file, ignored);
-    throw;
-  }
+  const fs::path part = file.parent_path() / ("part_" + file.filename().string());
+  fs::remove(part);
+  for (const Command& command : commands(part)) run(command, file.string() + ".log");
+  fs::rename(part, file);
 }
 
 void make_world(const fs::path& folder) {
@@ -108,16 +109,21 @@ Data make_data(const Options& o) {
   repeat(o.work / "world/dsm.tif", height_px, height_px, d.heights);
 
   if (!is_newer(d.pack, o.landfix)) fs::remove(d.pack);
-  make(d.pack, {o.landfix, "build", d.rgb, "--dem", d.heights, "--dem-datum", "ellipsoid", "--layers", kPackLayers,
-                "-o", d.pack});
-  make(d.raw,
-       {"gdal_translate", "-q", "-co", "TILED=YES", "-co", "BLOCKXSIZE=256", "-co", "BLOCKYSIZE=256", gray, d.raw});
-  make(d.cog,
-       {"gdal_translate", "-q", "-of", "COG", "-co", "COMPRESS=JPEG", "-co", "NUM_THREADS=ALL_CPUS", gray, d.cog});
-  if (!fs::exists(d.mbtiles)) {
-    make(d.mbtiles, {"gdal_translate", "-q", "-of", "MBTILES", "-co", "TILE_FORMAT=JPEG", gray, d.mbtiles});
-    run({"gdaladdo", "-q", "-r", "average", d.mbtiles}, d.mbtiles.string() + ".log");
-  }
+  using Commands = std::vector<Command>;
+  make(d.pack, [&](const std::string& part) -> Commands {
+    return {{o.landfix, "build", d.rgb, "--dem", d.heights, "--dem-datum", "ellipsoid", "--layers", kPackLayers, "-o",
+             part}};
+  });
+  make(d.raw, [&](const std::string& part) -> Commands {
+    return {{"gdal_translate", "-q", "-co", "TILED=YES", "-co", "BLOCKXSIZE=256", "-co", "BLOCKYSIZE=256", gray, part}};
+  });
+  make(d.cog, [&](const std::string& part) -> Commands {
+    return {{"gdal_translate", "-q", "-of", "COG", "-co", "COMPRESS=JPEG", "-co", "NUM_THREADS=ALL_CPUS", gray, part}};
+  });
+  make(d.mbtiles, [&](const std::string& part) -> Commands {
+    return {{"gdal_translate", "-q", "-of", "MBTILES", "-co", "TILE_FORMAT=JPEG", gray, part},
+            {"gdaladdo", "-q", "-r", "average", part}};
+  });
   return d;
 }
 

@@ -16,7 +16,7 @@ using namespace landfix::bench;
 constexpr const char* kFooter =
     "Targets are printed beside the values, with \"met\" or \"missed\". A missed target does not fail, a result that "
     "differs from the\n"
-    "peer's does (exit code 1). The first run makes its data in the work folder, about 3 GB; later runs use them "
+    "peer's does (exit code 1). The first run makes its data in the work folder, about 1 GB; later runs use them "
     "again.";
 
 struct Section {

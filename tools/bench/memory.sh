@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Builds a pack of a 4-gigapixel image and fails where that takes more than 1 GiB of memory: memory.sh LANDFIX [SIDE_PX [FOLDER]]
-# The image is a VRT that repeats a drawn world, with heights. Needs about 25 GB of disk for 4 gigapixels, freed at the end.
+# Builds a pack of a 4-gigapixel image and fails where that takes more than 1 GiB of memory.
+#   memory.sh LANDFIX [SIDE_PX [FOLDER]]
+# The image is a VRT that repeats a drawn world, with heights. Needs about 20 GB of disk, freed at the end.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 landfix=${1:?usage: memory.sh LANDFIX [SIDE_PX [FOLDER]]}
@@ -16,7 +17,8 @@ trap 'rm -rf "$folder/map.lfpack" "$folder/map.lfpack.build"' EXIT
 "$here/repeat.py" "$folder/world/dsm.tif" $((side_px / 2)) $((side_px / 2)) "$folder/heights.vrt"
 
 # Peak resident memory as the kernel counted it for the finished build; Linux gives KiB.
-/usr/bin/python3 - "$limit_mib" "$side_px" "$landfix" build "$folder/rgb.vrt" --dem "$folder/heights.vrt" --dem-datum ellipsoid \
+/usr/bin/python3 - "$limit_mib" "$side_px" \
+  "$landfix" build "$folder/rgb.vrt" --dem "$folder/heights.vrt" --dem-datum ellipsoid \
   --layers gray,overview,height --force -o "$folder/map.lfpack" <<'PYTHON'
 import resource, subprocess, sys, time
 limit_mib, side_px, command = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
