@@ -90,6 +90,9 @@ TEST(Touches, ALineTouchesWhatItCrosses) {
   for (int32_t i = -4; i <= 4; ++i) EXPECT_TRUE(touches(diagonal, {0, i, i})) << i;
   EXPECT_FALSE(touches(diagonal, {0, 5, 5}));  // begins at 1280 m; the segment ends at 1128 m
   EXPECT_FALSE(touches(diagonal, {0, 2, 0}));
+  // Half a metre beside the corner of (0, 1) it does not touch that tile; through the corner it does.
+  EXPECT_TRUE(touches(diagonal, {0, 0, 1}));
+  EXPECT_FALSE(touches({128.7, 128, {1e6, 1e6, 1e6}, 1}, {0, 0, 1}));
   const Ellipse east{128, 128, {1e6, 0, 0}, 1};
   for (int32_t i = -4; i <= 4; ++i) EXPECT_TRUE(touches(east, {0, i, 0})) << i;
   EXPECT_FALSE(touches(east, {0, 0, 1}));

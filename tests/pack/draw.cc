@@ -1,0 +1,120 @@
+#include "tests/pack/draw.h"
+
+#include <sodium.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <stdexcept>
+
+namespace landfix::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using schema::TileRecord;
+using tiles::TileIndex;
+using Bytes = std::vector<uint8_t>;
+
+Bytes draw_pixels(const DrawnLayer& layer, const TileIndex& tile, char letter) {
+  Bytes pixels(layer.format.bytes());
+  uint8_t* out = pixels.data();
+  for (int row = 0; row < tiles::kTilePixels; ++row)
+    for (int column = 0; column < tiles::kTilePixels; ++column)
+      for (int channel = 0; channel < layer.format.channels; ++channel) {
+        const auto value = int16_t(layer.pixel(
+            {letter, tile.level, tiles::first_column(tile) + column, tiles::first_row(tile) + row, channel}));
+        const size_t bytes = tiles::bytes_of(layer.format.type);
+        std::memcpy(out, &value, bytes);
+        out += bytes;
+      }
+  return pixels;
+}
+
+// Tiles in Hilbert order; the record's offset is the index of its data in `stored`.
+exporter::PackLevel draw_level(const DrawnLayer& layer, const DrawnLevel& drawn, ingest::GridBounds& bounds,
+                               std::vector<Bytes>& stored) {
+  std::map<uint64_t, TileRecord> records;
+  const auto rows = int32_t(std::count(drawn.map.begin(), drawn.map.end(), '\n'));
+  TileIndex tile{drawn.level, drawn.west_x, drawn.south_y + rows};
+  for (const char letter : drawn.map) {
+    if (letter == '\n') {
+      tile.x = drawn.west_x;
+      --tile.y;
+      continue;
+    }
+    if (letter != '.') {
+      const tiles::Codec codec = layer.codec(letter);
+      Bytes data = tiles::encode(codec, layer.format, draw_pixels(layer, tile, letter));
+      if (data.empty()) throw std::logic_error("a drawn tile that its codec does not serve");
+      TileRecord& record = records[tiles::hilbert_key(tile)];
+      record.key = tiles::hilbert_key(tile);
+      record.offset = stored.size();
+      record.length = uint32_t(data.size());
+      record.codec = uint8_t(codec);
+      record.value_offset = layer.value_offset;
+      record.value_step = layer.value_step;
+      crypto_generichash(record.hash.bytes, sizeof record.hash.bytes, data.data(), data.size(), nullptr, 0);
+      stored.push_back(std::move(data));
+      bounds.extend(ingest::bounds_of(tile));
+    }
+    ++tile.x;
+  }
+  exporter::PackLevel level{drawn.level, {}};
+  for (const auto& [key, record] : records) level.tiles.push_back(record);
+  return level;
+}
+
+}  // namespace
+
+exporter::PackDescription Drawing::default_description() {
+  exporter::PackDescription d;
+  d.zone = {32, true};
+  d.builder = "a drawing";
+  return d;
+}
+
+std::vector<uint8_t> draw(const Drawing& drawing) {
+  exporter::PackDescription d = drawing.description;
+  std::vector<Bytes> stored;
+  ingest::GridBounds bounds;
+  for (const DrawnLayer& layer : drawing.layers) {
+    exporter::PackLayer out{layer.name, layer.description, layer.format, {}};
+    for (const DrawnLevel& level : layer.levels) out.levels.push_back(draw_level(layer, level, bounds, stored));
+    d.layers.push_back(std::move(out));
+  }
+  if (d.bounds.empty()) d.bounds = bounds;
+  const TemporaryFolder folder;
+  const std::string path = folder.file("drawn.lfpack");
+  exporter::write_pack(path, d, [&](const TileRecord& tile, std::span<uint8_t> out) {
+    std::copy(stored[tile.offset].begin(), stored[tile.offset].end(), out.begin());
+  });
+  return read_file(path);
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (fs::temp_directory_path() / "landfix-test-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder: " + name);
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+std::vector<uint8_t> read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw std::runtime_error("cannot read " + path.string());
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_file(const fs::path& path, std::span<const uint8_t> bytes) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  if (!out.flush()) throw std::runtime_error("cannot write " + path.string());
+}
+
+}  // namespace landfix::tests

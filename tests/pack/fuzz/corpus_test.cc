@@ -1,0 +1,26 @@
+// Replays the fuzzer's corpus in the normal build: every input once, and cut in the middle.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/pack/draw.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
+
+namespace landfix::tests {
+namespace {
+
+TEST(FuzzCorpus, IsAnsweredWithoutACrash) {
+  int inputs = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(LANDFIX_FUZZ_CORPUS)) {
+    SCOPED_TRACE(entry.path().filename().string());
+    const std::vector<uint8_t> input = read_file(entry.path());
+    EXPECT_EQ(LLVMFuzzerTestOneInput(input.data(), input.size()), 0);
+    EXPECT_EQ(LLVMFuzzerTestOneInput(input.data(), input.size() / 2), 0);
+    ++inputs;
+  }
+  EXPECT_GE(inputs, 5);
+}
+
+}  // namespace
+}  // namespace landfix::tests

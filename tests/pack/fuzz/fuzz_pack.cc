@@ -1,0 +1,174 @@
+// Fuzz target: whatever the bytes are, opening and every query answer with a status and touch no memory that is not
+// theirs.
+//
+// The first byte of the input decides how the rest is read:
+//   even: as a pack, as it is: nearly all of it ends at the first hash, which is the point.
+//   odd:  as the header's 264 bytes of fields and what follows the header page. Magic, version, length and all hashes
+//   are made right, so that
+//         the fuzzer reaches what lies behind them.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include "landfix/landfix.h"
+#include "tests/pack/patch.h"
+
+namespace {
+
+using landfix::tests::Patch;
+using Bytes = std::vector<uint8_t>;
+
+constexpr size_t kHeaderFields = offsetof(landfix::schema::Header, reserved);
+constexpr uint64_t kMostHashedBytes = 4 << 20;  // overlapping extents could ask for the hashing of gigabytes
+constexpr uint32_t kMostPixels = 1 << 20;
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+// How many bytes hashing every tile of every block would take.
+uint64_t hashed_bytes(Patch& pack) {
+  uint64_t sum = 0;
+  for (const auto& block : pack.blocks())
+    for (const auto& tile : pack.tiles(block)) sum += sizeof tile + pack.data(tile).size();
+  return sum;
+}
+
+bool unfold(const uint8_t* data, size_t size, Bytes& out) {
+  if (size <= 1 + kHeaderFields) return false;
+  Bytes bytes(landfix::schema::kPageSize);
+  std::copy_n(data + 1, kHeaderFields, bytes.begin());
+  bytes.insert(bytes.end(), data + 1 + kHeaderFields, data + size);
+  Patch pack(std::move(bytes));
+  std::memcpy(pack.header().magic, landfix::schema::kMagic, sizeof landfix::schema::kMagic);
+  pack.header().version_major = landfix::schema::kVersionMajor;
+  pack.header().page_size = landfix::schema::kPageSize;
+  pack.header().file_length = pack.bytes().size();
+  if (pack.blocks().size() > 64 || hashed_bytes(pack) > kMostHashedBytes) return false;
+  out = rehashed(std::move(pack));
+  return true;
+}
+
+void touch(const void* data, size_t size) {
+  unsigned sum = 0;
+  for (size_t i = 0; i < size; i += 61) sum += static_cast<const uint8_t*>(data)[i];
+  [[maybe_unused]] static volatile unsigned sink;
+  sink = sum;
+}
+
+void touch(const char* text) { touch(text, std::strlen(text)); }
+
+void ask_for_the_manifest(const lf_pack* pack, const lf_info& info) {
+  touch(info.builder);
+  for (uint32_t i = 0; i < std::min(info.source_count, 16u); ++i) {
+    lf_source_info s;
+    require(lf_get_source(pack, i, &s) == LF_OK);
+    for (const char* text : {s.name, s.capture_date, s.licence, s.attribution, s.crs, s.vertical_datum}) touch(text);
+  }
+  for (uint32_t i = 0; i < std::min(info.parameter_count, 16u); ++i) {
+    const char *name, *value;
+    require(lf_get_parameter(pack, i, &name, &value) == LF_OK);
+    touch(name), touch(value);
+  }
+}
+
+void read_region(const lf_pack* pack, const lf_region& r, const lf_layer_info& layer, const lf_ellipse* ellipse,
+                 bool verified) {
+  if (uint64_t(r.width) * r.height > kMostPixels) return;
+  static Bytes pixels;
+  const bool heights = layer.pixel_type == LF_I16;
+  const size_t row_bytes = size_t(r.width) * (heights ? sizeof(float) : layer.channels), all = row_bytes * r.height;
+  pixels.assign(all, 0xA5);
+  auto* floats = reinterpret_cast<float*>(pixels.data());
+  const lf_status before =
+      heights ? lf_read_heights(pack, &r, floats, row_bytes, all) : lf_read(pack, &r, pixels.data(), row_bytes, all);
+  require((heights ? lf_read(pack, &r, floats, row_bytes, all) : lf_read_heights(pack, &r, floats, row_bytes, all)) ==
+          LF_WRONG_TYPE);
+  const lf_status prepared = lf_prepare(pack, &r, before == LF_OK ? uint32_t(LF_PREPARE_COPY) : 0u);
+  require(!verified || prepared == LF_OK);
+  const lf_status after =
+      heights ? lf_read_heights(pack, &r, floats, row_bytes, all) : lf_read(pack, &r, pixels.data(), row_bytes, all);
+  require((prepared == LF_OK) == (after == LF_OK));
+  for (size_t i = 0; heights && after == LF_OK && i < all / sizeof(float); ++i) require(!std::isinf(floats[i]));
+  uint64_t cursor = 0;
+  lf_tile tile;
+  for (int i = 0; i < 64 && lf_next_tile(pack, &r, ellipse, &cursor, &tile) == LF_OK; ++i)
+    touch(tile.pixels, size_t(tile.row_bytes) * 256);
+}
+
+void ask_for_regions(const lf_pack* pack, const lf_info& info, uint32_t index, bool verified) {
+  lf_layer_info layer;
+  require(lf_get_layer(pack, index, &layer) == LF_OK);
+  touch(layer.name), touch(layer.description);
+  uint32_t found;
+  require(lf_find_layer(pack, layer.name, &found) == LF_OK && found == index);
+  const double east = info.west_m + (info.east_m - info.west_m) / 2,
+               north = info.south_m + (info.north_m - info.south_m) / 2;
+  for (uint32_t k = 0; k < layer.level_count; ++k) {
+    lf_level_info level;
+    require(lf_get_level(pack, index, k, &level) == LF_OK);
+    const double gsd = level.gsd_m, sigma = 50 * gsd;
+    const lf_ellipse ellipse{east, north, sigma * sigma, sigma * sigma / 2, sigma * sigma, 3};
+    lf_region r;
+    if (lf_ellipse_region(pack, index, &ellipse, gsd, &r) == LF_OK) read_region(pack, r, layer, &ellipse, verified);
+    if (lf_box_region(pack, index, info.west_m, info.south_m, info.east_m, info.north_m, gsd, &r) == LF_OK)
+      read_region(pack, r, layer, nullptr, verified);
+    lf_tile tile;
+    const double side = 256 * gsd;
+    for (const double x : {info.west_m, east, info.east_m})
+      if (lf_tile_view(pack, index, level.level, int32_t(std::floor(x / side)), int32_t(std::floor(north / side)),
+                       &tile) == LF_OK)
+        touch(tile.pixels, size_t(tile.row_bytes) * 256);
+  }
+}
+
+void ask_for_points(const lf_pack* pack, const lf_info& info) {
+  for (const double f : {0.0, 0.25, 0.5, 1.0, 2.0}) {
+    const double east = info.west_m + (info.east_m - info.west_m) * f,
+                 north = info.south_m + (info.north_m - info.south_m) * f;
+    double value, latitude, longitude, scale;
+    lf_height_source source;
+    if (lf_height(pack, east, north, &value, &source) == LF_OK) require(std::isfinite(value));
+    if (lf_undulation(pack, east, north, &value) == LF_OK) require(std::isfinite(value));
+    if (lf_geodetic_from_grid(pack, east, north, &latitude, &longitude, nullptr, &scale) != LF_OK) continue;
+    double east_again, north_again;
+    require(lf_grid_from_geodetic(pack, latitude, longitude, &east_again, &north_again, nullptr, nullptr) == LF_OK);
+    require(std::hypot(east - east_again, north - north_again) < 0.01);
+  }
+}
+
+void ask_everything(const Bytes& bytes) {
+  static const uint8_t kKeys[1][32] = {{1, 2, 3}};
+  const lf_open_options trusting{sizeof(lf_open_options), 0, kKeys, 1};
+  lf_pack* pack = nullptr;
+  require(lf_open_memory(bytes.data(), bytes.size(), &trusting, &pack) != LF_OK && pack == nullptr);
+  if (lf_open_memory(bytes.data(), bytes.size(), nullptr, &pack) != LF_OK) return;
+  lf_info info;
+  require(lf_get_info(pack, &info) == LF_OK);
+  ask_for_the_manifest(pack, info);
+  ask_for_points(pack, info);
+  uint64_t tiles = 0;
+  const bool verified = lf_verify_pack(pack, 1, &tiles) == LF_OK;
+  require(!verified || lf_verify_pack(pack, 0, nullptr) == LF_OK);
+  for (uint32_t i = 0; i < info.layer_count; ++i) ask_for_regions(pack, info, i, verified && info.version_minor == 0);
+  ask_for_points(pack, info);
+  lf_close(pack);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size == 0) return 0;
+  Bytes bytes;
+  if (data[0] % 2 == 0)
+    bytes.assign(data + 1, data + size);
+  else if (!unfold(data, size, bytes))
+    return 0;
+  ask_everything(bytes);
+  if (bytes.size() >= landfix::schema::kPageSize) {
+    const uint8_t secret_key[64] = {7};
+    lf_sign_header(bytes.data(), secret_key);
+  }
+  return 0;
+}
