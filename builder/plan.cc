@@ -139,6 +139,8 @@ std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOption
     jpeg |= layer.codec == tiles::Codec::kJpeg;
   }
   if (jpeg) out.emplace_back("jpeg_quality", std::to_string(options.jpeg_quality));
+  for (const exporter::PackSource& s : plan.description.sources)
+    if (s.source.nodata) out.emplace_back("nodata." + s.source.name, fmt::format("{}", *s.source.nodata));
   return out;
 }
 

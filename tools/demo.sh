@@ -8,9 +8,9 @@ mkdir -p "$out"
 cd "$out"
 step() { printf '\n== %s\n' "$*"; }
 
-step "Two views of one place: the map in the morning, and the flight under the afternoon sun"
+step "Two views of one place: the map of the morning, and the flight under the sun of noon"
 "$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 150,50 -o summer
-"$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 235,35 -o afternoon
+"$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 190,45 -o noon
 
 step "The map pack"
 "$landfix" build summer/ortho.tif --dem summer/dtm.tif -o area.lfpack
@@ -31,10 +31,10 @@ print("%.1f,%.1f" % ((b["west_m"] + b["east_m"]) / 2, (b["south_m"] + b["north_m
 "$landfix" query area.lfpack --grid "$middle" --sigma 400 --layer height --gsd 2 -o heights.png
 
 step "60 m above ground: a loop of 1 km without GNSS, 2.5 % drift, camera attitude 0.5 degrees off and 0.3 degrees tilted"
-"$landfix" fly --map area.lfpack --scene afternoon/ortho.tif --scene-dem afternoon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m
+"$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m
 
 step "305 m above ground, camera attitude 1 degree off"
-"$landfix" fly --map area.lfpack --scene afternoon/ortho.tif --scene-dem afternoon/dsm.tif --loop 1000 --agl 305 \
+"$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 305 \
   --attitude-noise-deg 1 --attitude-bias-deg 0 -o flight_305m
 
 cat <<END

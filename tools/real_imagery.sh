@@ -35,11 +35,11 @@ build "$data/brighton_beach_us/brighton_ortho.tif" --dem "$data/brighton_beach_u
 for pack in *.lfpack; do "$landfix" verify --deep "$pack"; done
 
 step "hura_il from 60 m: the camera sees the 0.26 m file, which lies about 1.5 m off the map; the shift is measured and taken out"
-"$landfix" fly --map hura.lfpack --scene "$data/hura_il/hura_0.25m_2km2.tif" --scene-plane 400 --measure-shift --loop 1000 --agl 60 \
-  --runs 5 --frames 6 -o hura_60m
+"$landfix" fly --map hura.lfpack --scene "$data/hura_il/hura_0.25m_2km2.tif" --scene-nodata 0 \
+  --center 34.9286,31.2962 --scene-plane 400 --measure-shift --loop 1000 --agl 60 --runs 5 --frames 6 -o hura_60m
 step "hura_il from 305 m"
-"$landfix" fly --map hura.lfpack --scene "$data/hura_il/hura_0.25m_2km2.tif" --scene-plane 400 --measure-shift --loop 1000 --agl 305 \
-  --attitude-noise-deg 1 --attitude-bias-deg 0 --runs 5 -o hura_305m
+"$landfix" fly --map hura.lfpack --scene "$data/hura_il/hura_0.25m_2km2.tif" --scene-nodata 0 \
+  --center 34.9286,31.2962 --scene-plane 400 --measure-shift --loop 1000 --agl 305 --attitude-noise-deg 1 --attitude-bias-deg 0 --runs 5 -o hura_305m
 step "naip_nd from 1500 m: the map of 2009, the camera on a day of 2014"
 "$landfix" fly --map naip_2009.lfpack --scene ${naip}_20140720.tif --scene-plane 540 --racetrack 6000 --agl 1500 --speed 40 --turn-radius 300 \
   --runs 5 -o naip_1500m

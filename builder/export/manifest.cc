@@ -46,7 +46,7 @@ Offset<schema::Layer> encode_layer(FlatBufferBuilder& builder, const PackLayer& 
 Offset<schema::Source> encode_source(FlatBufferBuilder& builder, const PackSource& source) {
   const ingest::Source& s = source.source;
   const auto name = builder.CreateString(s.name);
-  const auto sha256 = builder.CreateVector(bytes_of_hex(s.sha256));
+  const auto sha256 = s.sha256.empty() ? 0 : builder.CreateVector(bytes_of_hex(s.sha256));
   const auto date = text_or_none(builder, s.date), licence = text_or_none(builder, s.licence),
              attribution = text_or_none(builder, s.attribution), crs = text_or_none(builder, s.crs),
              datum = text_or_none(builder, s.vertical_datum);

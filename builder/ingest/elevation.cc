@@ -92,7 +92,8 @@ ElevationModel::ElevationModel(const SourceOptions& file, const tiles::Zone& zon
   const Sidecar sidecar = read_sidecar(file.path);
   Source& s = impl_->source;
   s.vertical_datum = choose_datum(file, sidecar, raster, impl_->warnings);
-  raster.place(zone, Channels::heights(raster.dataset(), file.nodata ? file.nodata : sidecar.nodata));
+  s.nodata = file.nodata ? file.nodata : sidecar.nodata;
+  raster.place(zone, Channels::heights(raster.dataset(), s.nodata));
   GDALRasterBand& band = *raster.dataset().GetRasterBand(1);
   // A vertical CRS in feet brings its unit along; else the band's own unit counts.
   const bool unit_by_datum = metres_per_unit(s.vertical_datum) != 1;

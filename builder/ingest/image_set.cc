@@ -67,7 +67,6 @@ void require_bytes(GDALDataset& dataset, const std::string& path, const BandLayo
 struct Description {
   Source source;
   BandLayout layout;
-  std::optional<double> nodata;
 };
 
 Description describe(const SourceOptions& file, Raster& raster) {
@@ -87,10 +86,11 @@ Description describe(const SourceOptions& file, Raster& raster) {
                          file.bands.empty() ? ExitCode::kBadInput : ExitCode::kUsage);
   require_bytes(raster.dataset(), file.path, d.layout);
   d.source.bands = d.layout.roles;
-  d.nodata = file.nodata ? file.nodata : sidecar.nodata;
-  if (d.nodata && !(*d.nodata >= 0 && *d.nodata <= 255 && *d.nodata == std::floor(*d.nodata))) {
+  d.source.nodata = file.nodata ? file.nodata : sidecar.nodata;
+  const std::optional<double> nodata = d.source.nodata;
+  if (nodata && !(*nodata >= 0 && *nodata <= 255 && *nodata == std::floor(*nodata))) {
     throw Error(file.nodata ? ExitCode::kUsage : ExitCode::kBadInput,
-                fmt::format("{}: nodata value {}: expected 0 to 255, pixels are 8-bit", file.path, *d.nodata));
+                fmt::format("{}: nodata value {}: expected 0 to 255, pixels are 8-bit", file.path, *nodata));
   }
   return d;
 }
@@ -126,7 +126,7 @@ ImageSet::ImageSet(std::span<const SourceOptions> files, std::optional<tiles::Zo
   for (const SourceOptions& file : files) {
     Raster& raster = impl_->rasters.emplace_back(file.path, impl_->pool);
     Description d = describe(file, raster);
-    channels.push_back(Channels::bytes(raster.dataset(), d.layout.bands, d.layout.alpha, d.nodata));
+    channels.push_back(Channels::bytes(raster.dataset(), d.layout.bands, d.layout.alpha, d.source.nodata));
     impl_->sources.push_back(std::move(d.source));
   }
   impl_->zone = zone ? *zone : zone_of_centre(impl_->rasters);

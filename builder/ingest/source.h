@@ -38,8 +38,9 @@ struct Source {
   std::string crs;                                ///< "EPSG:3857" where it has a code, else its WKT
   std::string vertical_datum;                     ///< heights only: "ellipsoid", "egm96", "EPSG:5773", ...
   std::vector<BandRole> bands;                    ///< images only: roles of the channels that are read, ascending
-  double gsd_m = 0;   ///< native ground sample distance at the image's centre, in true metres on the ground
-  GridBounds bounds;  ///< on the zone's grid, of the whole raster
+  std::optional<double> nodata;  ///< as the command line or the sidecar says it; what the file itself says is not here
+  double gsd_m = 0;              ///< native ground sample distance at the image's centre, in true metres on the ground
+  GridBounds bounds;             ///< on the zone's grid, of the whole raster
 };
 
 }  // namespace landfix::ingest

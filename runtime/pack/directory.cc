@@ -61,7 +61,9 @@ bool has_finite_values(const schema::TileRecord& r) {
 }
 
 lf_status check_record(const lf_pack& pack, const tiles::TileFormat& format, const schema::TileRecord& r) {
-  if (r.length > schema::kMaxTileBytes || !inside(r.offset, r.length, pack.mapping.size())) return LF_DAMAGED;
+  if (r.length > schema::kMaxTileBytes || r.offset % schema::kSmallAlignment != 0 ||
+      !inside(r.offset, r.length, pack.mapping.size()))
+    return LF_DAMAGED;
   if (r.codec > uint8_t(tiles::Codec::kZstd)) return LF_UNKNOWN_VERSION;
   if (r.codec == uint8_t(tiles::Codec::kRaw) && (r.length != format.bytes() || r.offset % schema::kPageSize != 0))
     return LF_DAMAGED;

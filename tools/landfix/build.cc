@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <atomic>
+#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -39,7 +40,7 @@ The work in progress lies in OUTPUT.build. After Ctrl-C, a kill or a full disk, 
 std::atomic<bool> stop_requested = false;
 
 struct CommandLine {
-  std::vector<std::string> images, dates, bands, codecs, layers;
+  std::vector<std::string> images, dates, bands, nodata, codecs, layers;
   std::string dem, dem_datum, zone, output;
   double gsd_m = 0, georegistration_error_m = -1;
   bool json = false;
@@ -69,6 +70,14 @@ ingest::SourceOptions& image_named(std::vector<ingest::SourceOptions>& images, c
   return *found;
 }
 
+double number_of(const std::string& option, const std::string& text) {
+  double value;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc() || end != text.data() + text.size())
+    throw Error(ExitCode::kUsage, fmt::format("{} {}: expected a number", option, text));
+  return value;
+}
+
 tiles::Codec codec_of(const std::string& name) {
   for (const tiles::Codec codec : {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd})
     if (name == name_of(codec)) return codec;
@@ -85,6 +94,10 @@ BuildOptions options_of(const CommandLine& line) {
   for (const std::string& text : line.bands) {
     const auto [file, bands] = split("--bands", text);
     image_named(options.images, "--bands", file).bands = bands;
+  }
+  for (const std::string& text : line.nodata) {
+    const auto [file, value] = split("--nodata", text);
+    image_named(options.images, "--nodata", file).nodata = number_of("--nodata", value);
   }
   for (const std::string& text : line.codecs) {
     const auto [layer, codec] = split("--codec", text);
@@ -195,6 +208,11 @@ void add_build(CLI::App& app) {
       ->delimiter(',');
   command->add_option("--date", line->dates, "FILE=2009-08-18: capture date of an image")->expected(1)->take_all();
   command->add_option("--bands", line->bands, "FILE=nir,red,green: what an image's bands show; '-' leaves one out")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option("--nodata", line->nodata,
+                   "FILE=0: value that all bands have where an image shows nothing, if the file does not say")
       ->expected(1)
       ->take_all();
   command->add_option("--codec", line->codecs, "LAYER=raw, jpeg or zstd")->expected(1)->take_all();

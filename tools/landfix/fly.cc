@@ -251,6 +251,8 @@ void run(const Arguments& a) {
 void add_scene_options(CLI::App& command, Arguments& a) {
   command.add_option("--map", a.map, "The map pack that the aircraft carries")->required()->type_name("PACK");
   command.add_option("--scene", a.scene.ortho.path, "Orthophoto that the camera sees")->required()->type_name("FILE");
+  command.add_option("--scene-nodata", a.scene.ortho.nodata,
+                     "Value that all bands have where the orthophoto shows nothing, if the file does not say");
   command.add_option("--scene-dem", a.scene_dem, "Heights of the scene (surface model best)")->type_name("FILE");
   command.add_option("--scene-dem-datum", a.scene_dem_datum,
                      "Their vertical datum where the file does not say: ellipsoid, egm96, EPSG:n");
