@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kDegrees = 180 / M_PI;
 constexpr double kMarginM = 60;
+constexpr double kLeastAspect = 0.6;  ///< shorter over longer side of the picture
 const cv::Scalar kTruthColour(80, 220, 80), kEstimateColour(60, 60, 255), kDeadReckoningColour(255, 190, 60),
     kEllipseColour(0, 220, 255), kInk(255, 255, 255);
 
@@ -66,24 +67,34 @@ struct Extent {
   }
 };
 
+/// What the picture shows: tracks and ellipses with a margin, wide enough for the legend.
 Extent extent_of(const std::vector<Record>& records) {
   Extent extent;
   for (const Record& r : records) {
     extent.take(r.truth.east_m, r.truth.north_m);
-    extent.take(r.estimate.east_m, r.estimate.north_m);
     extent.take(r.dead_reckoning_east_m, r.dead_reckoning_north_m);
+    const double reach_e = 3 * std::sqrt(r.estimate.covariance_m2[0]);
+    const double reach_n = 3 * std::sqrt(r.estimate.covariance_m2[3]);
+    extent.take(r.estimate.east_m - reach_e, r.estimate.north_m - reach_n);
+    extent.take(r.estimate.east_m + reach_e, r.estimate.north_m + reach_n);
   }
+  const double longer = std::max(extent.east - extent.west, extent.north - extent.south);
+  const auto pad = [longer](double& low, double& high) {
+    const double added = std::max({kMarginM, 0.05 * longer, 0.5 * (kLeastAspect * longer - (high - low))});
+    low -= added, high += added;
+  };
+  pad(extent.west, extent.east);
+  pad(extent.south, extent.north);
   return extent;
 }
 
 Canvas canvas_over(const Extent& e, const nav::MapSource& map, int size_px) {
   Canvas canvas;
-  const double wanted_gsd = (std::max(e.east - e.west, e.north - e.south) + 2 * kMarginM) / size_px;
+  const double wanted_gsd = std::max(e.east - e.west, e.north - e.south) / size_px;
   const auto [finest, coarsest] = map.gsd_range_m();
   double gsd = finest;
   while (2 * gsd <= std::min(wanted_gsd, coarsest)) gsd *= 2;
-  const nav::Status status =
-      map.read_gray(e.west - kMarginM, e.south - kMarginM, e.east + kMarginM, e.north + kMarginM, gsd, canvas.window);
+  const nav::Status status = map.read_gray(e.west, e.south, e.east, e.north, gsd, canvas.window);
   if (status != nav::Status::kOk) {
     throw Error(ExitCode::kNoData, std::string("picture of the tracks: ") + nav::to_text(status));
   }

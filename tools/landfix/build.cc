@@ -162,7 +162,6 @@ void print(const std::string& output, const BuildSummary& s) {
 
 void run(const CommandLine& line) {
   const BuildOptions options = options_of(line);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is an error of the write then
   stop_requested = false;
   const auto previous = std::signal(SIGINT, [](int) { stop_requested = true; });
   Progress progress = Progress::to(stderr);

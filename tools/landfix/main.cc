@@ -3,9 +3,13 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <clocale>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include "builder/error.h"
 #include "tools/landfix/commands.h"
@@ -30,9 +34,17 @@ void add_all(CLI::App& app) {
   landfix::tools::add_fly(app);
 }
 
+// What is printed goes through a buffer: that it arrived shows at the end only.
+int flush_output() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  return report(ExitCode::kIo, fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is an error of the write then, as a full disk is
   // Output is for people and programs alike: results on stdout, everything else on stderr.
   spdlog::set_default_logger(spdlog::stderr_color_mt("landfix"));
   spdlog::set_pattern("%^%l%$: %v");
@@ -50,13 +62,15 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : int(ExitCode::kUsage);
+    return app.exit(e) == 0 ? flush_output() : int(ExitCode::kUsage);
   } catch (const landfix::Error& e) {
     return report(e.code(), e.what());
   } catch (const std::bad_alloc&) {
     return report(ExitCode::kInternal, "out of memory");
+  } catch (const std::system_error& e) {  // of the file system's calls, or of printing
+    return report(ExitCode::kIo, e.what());
   } catch (const std::exception& e) {
     return report(ExitCode::kInternal, fmt::format("internal error: {}", e.what()));
   }
-  return 0;
+  return flush_output();
 }

@@ -1,6 +1,7 @@
 // landfix query: ask a pack what an aircraft would ask it, and see the answer.
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -31,6 +32,28 @@ struct Question {
   Region region;
 };
 
+// Said here by the option's name: the runtime knows arguments only.
+void require_sound(const QueryOptions& o) {
+  const auto require = [](bool sound, const char* option, const std::vector<double>& given, const char* expected) {
+    if (!sound)
+      throw Error(ExitCode::kBadInput, fmt::format("{} {}: expected {}", option, fmt::join(given, ","), expected));
+  };
+  const auto finite = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  };
+  const std::vector<double>&at = o.at, &c = o.covariance, &b = o.bbox;
+  require(at.empty() || (std::abs(at[0]) <= 360 && std::abs(at[1]) <= 90), "--at", at,
+          "longitude, then latitude, in degrees");
+  require(finite(o.grid), "--grid", o.grid, "easting and northing in metres");
+  require(b.empty() || (finite(b) && b[0] < b[2] && b[1] < b[3] && b[1] >= -90 && b[3] <= 90), "--bbox", b,
+          "west, south, east and north in degrees, in this order");
+  require(c.empty() || (finite(c) && c[0] >= 0 && c[2] >= 0 && c[0] * c[2] >= c[1] * c[1]), "--covariance", c,
+          "EE,EN,NN in square metres: finite numbers, EE and NN not negative, EN * EN at most EE * NN");
+  require(std::isfinite(o.sigma) && o.sigma >= 0, "--sigma", {o.sigma}, "metres, 0 or more");
+  require(std::isfinite(o.k) && o.k >= 0, "-k", {o.k}, "a number of sigmas, 0 or more");
+  require(std::isfinite(o.gsd) && o.gsd >= 0, "--gsd", {o.gsd}, "metres per pixel");
+}
+
 GridPosition position_of(const Pack& pack, const QueryOptions& o) {
   if (!o.grid.empty()) {
     const auto geodetic = pack.geodetic_from_grid(o.grid[0], o.grid[1]);
@@ -40,9 +63,9 @@ GridPosition position_of(const Pack& pack, const QueryOptions& o) {
   const auto position = pack.grid_from_geodetic(o.at[1] * kDegree, o.at[0] * kDegree);
   if (!position)
     throw Error(
-        ExitCode::kBadInput,
-        fmt::format("--at {},{}: no place in the pack's zone {}; give longitude first, then latitude, in degrees",
-                    o.at[0], o.at[1], zone_name(zone_of(pack))));
+        ExitCode::kNoData,
+        fmt::format("{}: --at {},{} is far outside of the map, beyond its zone {}; give longitude first, then latitude",
+                    o.pack, o.at[0], o.at[1], zone_name(zone_of(pack))));
   return *position;
 }
 
@@ -55,10 +78,12 @@ Result<Region> region_of_bbox(const Pack& pack, uint32_t layer, const std::vecto
       if (i % kSteps != 0 && j % kSteps != 0) continue;
       const auto p = pack.grid_from_geodetic((b[1] + (b[3] - b[1]) * j / kSteps) * kDegree,
                                              (b[0] + (b[2] - b[0]) * i / kSteps) * kDegree);
-      if (!p) return p.status();
+      if (!p) return LF_OUTSIDE_MAP;  // beyond the zone
       west = std::min(west, p->east_m), east = std::max(east, p->east_m);
       south = std::min(south, p->north_m), north = std::max(north, p->north_m);
     }
+  const lf_info map = pack.info();
+  if (east <= map.west_m || west >= map.east_m || north <= map.south_m || south >= map.north_m) return LF_OUTSIDE_MAP;
   return pack.box(layer, west, south, east, north, gsd_m);
 }
 
@@ -69,7 +94,7 @@ Question question_of(const Pack& pack, const QueryOptions& o) {
   Question q{};
   if (!o.bbox.empty()) {
     const auto region = region_of_bbox(pack, *layer, o.bbox, gsd);
-    check(region.status(), "--bbox");
+    check(region.status(), o.pack + ": --bbox");
     q.region = *region;
     q.ellipse.east_m = region->west_m + 0.5 * region->width * region->gsd_m;
     q.ellipse.north_m = region->north_m - 0.5 * region->height * region->gsd_m;
@@ -80,7 +105,7 @@ Question question_of(const Pack& pack, const QueryOptions& o) {
   if (!o.covariance.empty())
     q.ellipse.cov_ee = o.covariance[0], q.ellipse.cov_en = o.covariance[1], q.ellipse.cov_nn = o.covariance[2];
   const auto region = pack.region(*layer, q.ellipse, gsd);
-  check(region.status(), fmt::format("easting {:.1f}, northing {:.1f}", p.east_m, p.north_m));
+  check(region.status(), fmt::format("{}: easting {:.1f}, northing {:.1f}", o.pack, p.east_m, p.north_m));
   q.region = *region;
   return q;
 }
@@ -130,6 +155,7 @@ void query(const QueryOptions& o) {
   }
   if ((o.at.empty() ? 0 : 1) + (o.grid.empty() ? 0 : 1) + (o.bbox.empty() ? 0 : 1) != 1)
     throw Error(ExitCode::kUsage, "say where: one of --at LON,LAT, --grid E,N or --bbox W,S,E,N (or --manifest)");
+  require_sound(o);
   const Pack pack = open_pack(o.pack, o.keys);
   const Question q = question_of(pack, o);
   const ordered_json answer = answer_json(pack, o, q);
