@@ -27,8 +27,8 @@ import json, sys
 b = json.load(sys.stdin)["bounds"]
 print("%.1f,%.1f" % ((b["west_m"] + b["east_m"]) / 2, (b["south_m"] + b["north_m"]) / 2))')
 "$landfix" query area.lfpack --grid "$middle" --sigma 40 -o region.png
-"$landfix" query area.lfpack --grid "$middle" --sigma 400 --layer overview -o overview.png
-"$landfix" query area.lfpack --grid "$middle" --sigma 400 --layer height --gsd 2 -o heights.png
+"$landfix" query area.lfpack --grid "$middle" --sigma 265 --layer overview -o overview.png
+"$landfix" query area.lfpack --grid "$middle" --sigma 265 --layer height --gsd 2 -o heights.png
 
 step "60 m above ground: a loop of 1 km without GNSS, 2.5 % drift, camera attitude 0.5 degrees off and 0.3 degrees tilted"
 "$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m

@@ -51,17 +51,17 @@ Pack open_pack(const std::string& path, const std::vector<std::string>& key_file
   return std::move(*pack);
 }
 
-features::GridImage read_region(const Pack& pack, const Region& region) {
+features::GridImage read_region(const Pack& pack, const Region& region, const std::string& path) {
   const Result<lf_layer_info> layer = pack.layer(region.layer);
-  check(layer.status(), "layer " + std::to_string(region.layer));
-  check(pack.prepare(region), layer->name);
+  check(layer.status(), path);
+  const std::string what = path + ": layer '" + layer->name + "'";
+  check(pack.prepare(region), what);
   features::GridImage image;
   image.west_m = region.west_m, image.north_m = region.north_m, image.gsd_m = region.gsd_m;
   const int rows = int(region.height), columns = int(region.width);
   if (layer->pixel_type == LF_I16) {
     image.pixels.create(rows, columns, CV_32FC1);
-    check(pack.read_heights(region, {image.pixels.ptr<float>(), image.pixels.total()}, image.pixels.step[0]),
-          layer->name);
+    check(pack.read_heights(region, {image.pixels.ptr<float>(), image.pixels.total()}, image.pixels.step[0]), what);
     image.valid = image.pixels == image.pixels;  // NaN differs from itself
     return image;
   }

@@ -21,7 +21,7 @@ void check(Status status, const std::string& what);
 Pack open_pack(const std::string& path, const std::vector<std::string>& key_files = {});
 
 /// Reads a region: CV_8UC(channels) for pixels, CV_32FC1 in metres above the ellipsoid for heights. Compressed tiles
-/// are prepared first.
-features::GridImage read_region(const Pack& pack, const Region& region);
+/// are prepared first. Errors name the pack by its path.
+features::GridImage read_region(const Pack& pack, const Region& region, const std::string& path);
 
 }  // namespace landfix::tools

@@ -204,7 +204,9 @@ void add_build(CLI::App& app) {
   command
       ->add_option("--layers", line->layers,
                    fmt::format("Layers to make, of {} (default: all that the inputs serve)", fmt::join(names, ",")))
-      ->delimiter(',');
+      ->delimiter(',')
+      ->expected(1)
+      ->take_all();
   command->add_option("--date", line->dates, "FILE=2009-08-18: capture date of an image")->expected(1)->take_all();
   command->add_option("--bands", line->bands, "FILE=nir,red,green: what an image's bands show; '-' leaves one out")
       ->expected(1)

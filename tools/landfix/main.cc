@@ -34,6 +34,12 @@ void add_all(CLI::App& app) {
   landfix::tools::add_fly(app);
 }
 
+std::string usage_message(const CLI::App* app, const CLI::Error& e) {
+  std::string command = "landfix";
+  for (const CLI::App* chosen : app->get_subcommands()) command += " " + chosen->get_name();
+  return fmt::format("landfix: {}; '{} --help' shows how to use it\n", e.what(), command);
+}
+
 // What is printed goes through a buffer: that it arrived shows at the end only.
 int flush_output() {
   errno = 0;
@@ -52,7 +58,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Map packs for navigation without GNSS: build, inspect, sign, fly."};
   app.name("landfix");
   app.set_version_flag("--version", "landfix " LANDFIX_VERSION);
-  app.require_subcommand(1);
+  app.failure_message(usage_message);
   app.footer(
       "'landfix COMMAND --help' shows a command's options with examples.\n"
       "Exit codes: 0 done, 1 internal error, 2 wrong command line, 3 input that cannot be used, 4 damaged or unknown "
@@ -61,6 +67,7 @@ int main(int argc, char** argv) {
   add_all(app);
   try {
     app.parse(argc, argv);
+    if (app.get_subcommands().empty()) throw CLI::RequiredError("A command");
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? flush_output() : int(ExitCode::kUsage);
   } catch (const landfix::Error& e) {

@@ -57,7 +57,10 @@ void require_sound(const QueryOptions& o) {
 GridPosition position_of(const Pack& pack, const QueryOptions& o) {
   if (!o.grid.empty()) {
     const auto geodetic = pack.geodetic_from_grid(o.grid[0], o.grid[1]);
-    check(geodetic.status(), "--grid");
+    if (!geodetic)
+      throw Error(ExitCode::kNoData,
+                  fmt::format("{}: --grid {} is far outside of the map; 'landfix info' shows its bounds", o.pack,
+                              fmt::join(o.grid, ",")));
     return {o.grid[0], o.grid[1], geodetic->convergence_rad, geodetic->scale};
   }
   const auto position = pack.grid_from_geodetic(o.at[1] * kDegree, o.at[0] * kDegree);
@@ -116,7 +119,7 @@ ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question
   check(geodetic.status(), "position");
   const auto height = pack.height(q.ellipse.east_m, q.ellipse.north_m);
   const auto undulation = pack.undulation(q.ellipse.east_m, q.ellipse.north_m);
-  const auto image = read_region(pack, r);
+  const auto image = read_region(pack, r, o.pack);
   return {{"position",
            {{"longitude_deg", geodetic->longitude_rad / kDegree},
             {"latitude_deg", geodetic->latitude_rad / kDegree},
@@ -159,7 +162,7 @@ void query(const QueryOptions& o) {
   const Pack pack = open_pack(o.pack, o.keys);
   const Question q = question_of(pack, o);
   const ordered_json answer = answer_json(pack, o, q);
-  if (!o.output.empty()) write_grid_image(o.output, read_region(pack, q.region), zone_of(pack));
+  if (!o.output.empty()) write_grid_image(o.output, read_region(pack, q.region, o.pack), zone_of(pack));
   if (o.json)
     fmt::print("{}\n", answer.dump(2));
   else
@@ -185,7 +188,7 @@ void add_query(CLI::App& app) {
   c->add_option("--layer", o->layer, "gray, overview, height, ...")->capture_default_str();
   c->add_option("--gsd", o->gsd, "wanted metres per pixel (default: the layer's finest)");
   c->add_option("-o,--output", o->output, "write the region: .png for people, .tif for programs");
-  c->add_option("--key", o->keys, "trusted public key file");
+  c->add_option("--key", o->keys, "trusted public key file")->expected(1)->take_all();
   c->add_flag("--json", o->json, "print JSON");
   c->add_flag("--manifest", o->manifest, "print the manifest as JSON instead, as 'landfix info --json' does");
   c->footer(
