@@ -115,6 +115,25 @@ TEST(Read, CrossesTilesAndHoles) {
   EXPECT_EQ(data, 65536u * 4 + 65536u / 2);  // a, b, c, d and half of E
 }
 
+TEST(Read, IsTheSameHoweverManyTilesLieSideBySide) {
+  // 19 tiles in a row with holes: wider than what is copied in one go.
+  const std::string map = "abcdefgh.ijklmn.opq";
+  DrawnLayer layer = small_gray();
+  layer.levels = {{0, kWestX, kSouthY, map}};
+  const OpenPack pack(draw({{layer}}));
+  const auto r = pack->box(0, kWestM + 3, kSouthM + 100, kWestM + 19 * 256 - 5, kSouthM + 104, 1);
+  ASSERT_TRUE(r);
+  const Read got = read(*pack, *r);
+  ASSERT_EQ(got.status, LF_OK);
+  for (int64_t y = 0; y < r->height; ++y)
+    for (int64_t x = 0; x < r->width; ++x) {
+      const int64_t column = r->first_column + x, row = r->first_row + y;
+      const char letter = map[size_t(column / 256 - kWestX)];
+      const int expected = letter == '.' ? 0 : pattern({letter, 0, column, row, 0});
+      ASSERT_EQ(got.pixels[size_t(y) * r->width + size_t(x)], expected) << letter << " " << x << " " << y;
+    }
+}
+
 TEST(Read, KeepsToTheCallersRows) {
   const OpenPack pack(small_pack());
   const auto r = pack->box(0, kWestM + 250, kSouthM + 250, kWestM + 262, kSouthM + 262,
