@@ -203,7 +203,7 @@ void Area::require_overlap(const ImageSet& images) const {
   const GeometryPointer footprints = geometry_from_wkt(images.footprints_wkt());
   if (OGRPreparedGeometryIntersects(shape_->prepared.get(), OGRGeometry::ToHandle(footprints.get()))) return;
   const GridBounds &a = shape_->bounds, &b = images.bounds();
-  throw Error(ExitCode::kBadInput, fmt::format("the area of interest does not touch any image: it covers easting "
+  throw Error(ExitCode::kNoData, fmt::format("the area of interest does not touch any image: it covers easting "
                                                "{:.0f} to {:.0f}, northing {:.0f} to {:.0f} of "
                                                "zone {}, the images {:.0f} to {:.0f}, {:.0f} to {:.0f}",
                                                a.west_m, a.east_m, a.south_m, a.north_m, zone_text(images.zone()),

@@ -22,7 +22,7 @@ class Area {
   /// "W,S,E,N" in degrees on WGS84; W > E crosses the antimeridian. Throws Error (kUsage).
   static Area from_bbox(const std::string& text, const tiles::Zone& zone);
 
-  /// Throws Error (kBadInput) where the area does not touch any image.
+  /// Throws Error (kNoData) where the area does not touch any image.
   void require_overlap(const ImageSet& images) const;
 
   const GridBounds& bounds() const;

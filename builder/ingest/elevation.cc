@@ -126,7 +126,7 @@ void ElevationModel::require_overlap(const GridBounds& area) const {
   const GridBounds& b = impl_->raster.bounds();
   if (b.intersects(area)) return;
   throw Error(
-      ExitCode::kBadInput,
+      ExitCode::kNoData,
       fmt::format("{}: the heights do not overlap the images: they cover easting {:.0f} to {:.0f}, northing {:.0f} to "
                   "{:.0f} of "
                   "the grid, the area {:.0f} to {:.0f}, {:.0f} to {:.0f}. Is it the right file, and is its CRS right?",

@@ -30,7 +30,7 @@ class ElevationModel {
   double gsd_m() const { return source().gsd_m; }
   const std::vector<std::string>& warnings() const;  ///< a datum of the options that contradicts the file, for instance
 
-  /// Throws Error (kBadInput) where the raster's bounds do not overlap `area`.
+  /// Throws Error (kNoData) where the raster's bounds do not overlap `area`.
   void require_overlap(const GridBounds& area) const;
 
   /// CV_32FC1 metres above the WGS84 ellipsoid (0 where not valid) and mask (all 0 outside the raster). Resampled like

@@ -51,7 +51,7 @@ TEST_F(Ingest, AreaTouchesWhatItCovers) {
                     far_c = degrees(599'000, 5'201'000);
   const Area far =
       Area::from_file(write_text("far.geojson", polygon(far_a + "," + far_b + "," + far_c + "," + far_a)), kZone32);
-  expect_error(ExitCode::kBadInput, {"does not touch any image"}, [&] { far.require_overlap(set); });
+  expect_error(ExitCode::kNoData, {"does not touch any image"}, [&] { far.require_overlap(set); });
 }
 
 TEST_F(Ingest, BoundingBoxOfDegrees) {

@@ -317,7 +317,7 @@ TEST_F(BuildTest, RefusesADemThatDoesNotOverlap) {
   BuildOptions o = options({town()});
   o.elevation = ingest::SourceOptions{
       write("far.tif", dem(90'000, 0, 50, 50, [](int, int) { return 100; })), {}, {}, "ellipsoid"};
-  expect_failure(o, ExitCode::kBadInput, {"far.tif"});
+  expect_failure(o, ExitCode::kNoData, {"far.tif"});
   EXPECT_FALSE(fs::exists(o.output));
   EXPECT_FALSE(fs::exists(journal()));
 }

@@ -88,7 +88,7 @@ TEST_F(Ingest, HeightsWithUnitsGapsAndNoOverlap) {
   EXPECT_EQ(heights.valid.at<uchar>(0, 0), 0);  // 400 ft is "no data"
   EXPECT_EQ(heights.valid.at<uchar>(0, 1), 255);
   model.require_overlap({500'010, 5'199'980, 500'500, 5'200'500});
-  expect_error(ExitCode::kBadInput, {"feet.tif", "do not overlap"}, [&] {
+  expect_error(ExitCode::kNoData, {"feet.tif", "do not overlap"}, [&] {
     model.require_overlap({600'000, 5'199'980, 600'500, 5'200'500});
   });
 

@@ -205,18 +205,15 @@ void add_build(CLI::App& app) {
       ->add_option("--layers", line->layers,
                    fmt::format("Layers to make, of {} (default: all that the inputs serve)", fmt::join(names, ",")))
       ->delimiter(',')
-      ->expected(1)
-      ->take_all();
-  command->add_option("--date", line->dates, "FILE=2009-08-18: capture date of an image")->expected(1)->take_all();
+      ->allow_extra_args(false);
+  command->add_option("--date", line->dates, "FILE=2009-08-18: capture date of an image")->allow_extra_args(false);
   command->add_option("--bands", line->bands, "FILE=nir,red,green: what an image's bands show; '-' leaves one out")
-      ->expected(1)
-      ->take_all();
+      ->allow_extra_args(false);
   command
       ->add_option("--nodata", line->nodata,
                    "FILE=0: value that all bands have where an image shows nothing, if the file does not say")
-      ->expected(1)
-      ->take_all();
-  command->add_option("--codec", line->codecs, "LAYER=raw, jpeg or zstd")->expected(1)->take_all();
+      ->allow_extra_args(false);
+  command->add_option("--codec", line->codecs, "LAYER=raw, jpeg or zstd")->allow_extra_args(false);
   command->add_option("--jpeg-quality", line->options.jpeg_quality, "1 to 100")->capture_default_str();
   command
       ->add_option("--plane-height", line->options.plane_height_m,

@@ -265,7 +265,8 @@ void add_scene_options(CLI::App& command, Arguments& a) {
       ->type_name("E,N");
   command.add_flag("--measure-shift", a.measure_shift,
                    "Measure the constant shift between scene and map and take it out");
-  command.add_option("--key", a.key_files, "Trusted public key file of the map (may be repeated)");
+  command.add_option("--key", a.key_files, "Trusted public key file of the map (may be repeated)")
+      ->allow_extra_args(false);
   command.add_option("-o,--output", a.output, "Folder for the results")->required()->type_name("DIR");
 }
 

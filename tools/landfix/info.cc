@@ -85,8 +85,7 @@ void add_info(CLI::App& app) {
   CLI::App* c = app.add_subcommand("info", "Show what a pack holds: area, layers, sources with dates and licences");
   c->add_option("pack", o->pack, "the pack")->required();
   c->add_option("--key", o->keys, "trusted public key file; refuse a pack that none of the given keys signed")
-      ->expected(1)
-      ->take_all();
+      ->allow_extra_args(false);
   c->add_flag("--json", o->json, "print JSON");
   c->footer("Examples:\n  landfix info area.lfpack\n  landfix info area.lfpack --json | jq .layers");
   c->callback([o] {

@@ -188,7 +188,7 @@ void add_query(CLI::App& app) {
   c->add_option("--layer", o->layer, "gray, overview, height, ...")->capture_default_str();
   c->add_option("--gsd", o->gsd, "wanted metres per pixel (default: the layer's finest)");
   c->add_option("-o,--output", o->output, "write the region: .png for people, .tif for programs");
-  c->add_option("--key", o->keys, "trusted public key file")->expected(1)->take_all();
+  c->add_option("--key", o->keys, "trusted public key file")->allow_extra_args(false);
   c->add_flag("--json", o->json, "print JSON");
   c->add_flag("--manifest", o->manifest, "print the manifest as JSON instead, as 'landfix info --json' does");
   c->footer(

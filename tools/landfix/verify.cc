@@ -47,8 +47,7 @@ void add_verify(CLI::App& app) {
   CLI::App* c = app.add_subcommand("verify", "Check every byte of a pack, and its signature");
   c->add_option("pack", o->pack, "the pack")->required();
   c->add_option("--key", o->keys, "trusted public key file (may be repeated); refuse a pack that none of them signed")
-      ->expected(1)
-      ->take_all();
+      ->allow_extra_args(false);
   c->add_flag("--deep", o->deep, "decode every tile and check that padding is zero, too");
   c->add_flag("--json", o->json, "print JSON");
   c->footer(
