@@ -259,6 +259,26 @@ TEST(Localizer, NeverReportsLessThanTheConstantErrors) {
   EXPECT_GT(flight.localizer.estimate().covariance_m2[3], 0.16);
 }
 
+TEST(Localizer, NeverAveragesAwayWhatHasChanged) {
+  // Half of the contrast is foreign: the correlation is about 0.7, and 3 m (1 - 0.7) = 0.9 m per axis stay however many
+  // images agree; an unchanged scene leaves less than half of that variance.
+  const GridImage changed{ground().pixels * 0.5 + testing::random_texture(3200, 3200, 14) * 0.5, {}, -400, 400, 0.25};
+  const ImageMap map(ground(), 5, kGroundHeight);
+  Ideal same(map, ground(), 5), other(map, changed, 5);
+  Fix fix;
+  for (int i = 0; i < 20; ++i) {
+    same.move(8, 0, 0.1);
+    other.move(8, 0, 0.1);
+    same.look();
+    fix = other.look();
+  }
+  ASSERT_EQ(fix.status, Status::kOk);
+  EXPECT_NEAR(fix.ncc, 0.7, 0.1);
+  const double change_m = 3 * (1 - fix.ncc);
+  EXPECT_GT(other.localizer.estimate().covariance_m2[0], 0.16 + 0.8 * change_m * change_m);
+  EXPECT_LT(same.localizer.estimate().covariance_m2[0], 0.5 * other.localizer.estimate().covariance_m2[0]);
+}
+
 TEST(Localizer, SaysSoOutsideTheMapAndAtItsEdge) {
   const ImageMap map(ground(), 5, kGroundHeight);
   Ideal beyond(map, ground(), 5, 700, 0);
