@@ -8,6 +8,7 @@
 #   make memory  the build of a 4-gigapixel image, with its peak memory
 SHELL := /bin/bash
 JOBS ?= $(shell nproc)
+SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
 .PHONY: all setup release demo test bench real asan tsan fuzz memory clean
@@ -46,8 +47,10 @@ asan tsan: %: build/%/build.ninja
 fuzz:
 	tools/setup/install.sh clang 'libclang-rt-14-dev|libclang-rt-dev'
 	cmake --preset fuzz
-	cmake --build --preset fuzz -j $(JOBS) --target landfix_fuzz_pack
-	tests/pack/fuzz/run.sh build/fuzz $(or $(SECONDS_OF_FUZZING),600)
+	cmake --build --preset fuzz -j $(JOBS) --target fuzz_pack
+	mkdir -p build/fuzz/found
+	build/fuzz/tests/pack/fuzz/fuzz_pack -max_total_time=$(SECONDS_OF_FUZZING) -artifact_prefix=build/fuzz/found/ \
+	  build/fuzz/found tests/pack/fuzz/corpus
 
 clean:
 	rm -rf build demo bench.json
