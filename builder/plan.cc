@@ -9,6 +9,7 @@
 
 #include "builder/catalog/hash.h"
 #include "builder/error.h"
+#include "builder/hex.h"
 #include "builder/ingest/geoid.h"
 #include "builder/ingest/zone.h"
 #include "builder/layers/registry.h"
@@ -39,7 +40,7 @@ std::string text_of_file(const std::string& path) {
 }
 
 std::string hash_of_text(const std::string& text) {
-  return catalog::hex(catalog::hash_of({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).bytes);
+  return hex(catalog::hash_of({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).bytes);
 }
 
 // How the area came about, for the manifest: no folders, but what identifies it.

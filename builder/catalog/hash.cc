@@ -10,11 +10,4 @@ schema::Hash hash_of(std::span<const uint8_t> data) {
   return hash;
 }
 
-std::string hex(std::span<const uint8_t> bytes) {
-  std::string text(bytes.size() * 2 + 1, '\0');  // with room for the terminator that libsodium writes
-  sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
-  text.pop_back();
-  return text;
-}
-
 }  // namespace landfix::catalog

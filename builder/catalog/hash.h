@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 
 #include "schemas/pack_layout.h"
 
@@ -11,8 +10,5 @@ namespace landfix::catalog {
 
 /// BLAKE2b with a digest of 32 bytes, without key (schemas/FORMAT.md, section 1).
 schema::Hash hash_of(std::span<const uint8_t> data);
-
-/// Lower-case hexadecimal digits, two for each byte.
-std::string hex(std::span<const uint8_t> bytes);
 
 }  // namespace landfix::catalog

@@ -12,17 +12,13 @@
 #include <vector>
 
 #include "builder/error.h"
+#include "builder/hex.h"
 #include "builder/ingest/gdal.h"
 
 namespace landfix::ingest {
 namespace {
 
 using Digest = std::array<unsigned char, crypto_hash_sha256_BYTES>;
-
-std::string hex(const Digest& d) {
-  std::array<char, 2 * crypto_hash_sha256_BYTES + 1> text;
-  return sodium_bin2hex(text.data(), text.size(), d.data(), d.size());
-}
 
 /// Through GDAL's file system, so that what GDAL can open (in an archive, say) can be hashed, too.
 Digest file_digest(const std::string& path) {

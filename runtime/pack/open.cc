@@ -36,11 +36,9 @@ lf_status check_signature(const Header& h, std::span<const uint8_t[32]> keys) {
   bool trusted = false;
   for (const auto& key : keys) trusted |= std::memcmp(key, h.public_key, 32) == 0;
   if (!trusted) return LF_UNTRUSTED;
-  constexpr size_t kContext = sizeof(schema::kSignatureContext) - 1;
-  uint8_t message[kContext + 32];
-  std::memcpy(message, schema::kSignatureContext, kContext);
-  std::memcpy(message + kContext, h.root.bytes, 32);
-  return crypto_sign_verify_detached(h.signature, message, sizeof message, h.public_key) == 0 ? LF_OK : LF_UNTRUSTED;
+  const SignedMessage message = signed_message(h.root);
+  return crypto_sign_verify_detached(h.signature, message.data(), message.size(), h.public_key) == 0 ? LF_OK
+                                                                                                     : LF_UNTRUSTED;
 }
 
 bool check_geoid(const schema::Geoid& g) {
@@ -129,6 +127,13 @@ schema::Hash hash_of(const void* data, size_t size) {
   schema::Hash h;
   crypto_generichash(h.bytes, sizeof h.bytes, static_cast<const uint8_t*>(data), size, nullptr, 0);
   return h;
+}
+
+SignedMessage signed_message(const schema::Hash& root) {
+  SignedMessage message;
+  std::memcpy(message.data(), schema::kSignatureContext, kContextBytes);
+  std::memcpy(message.data() + kContextBytes, root.bytes, sizeof root.bytes);
+  return message;
 }
 
 }  // namespace landfix::pack

@@ -1,6 +1,7 @@
 // Inside of lf_pack: what opening leaves behind, and the checked way from a tile's key to its pixels.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <span>
@@ -17,6 +18,11 @@ namespace landfix::pack {
 inline constexpr uint32_t kMaxLayers = 64, kMaxLevels = tiles::kMaxLevel - tiles::kMinLevel + 1;
 
 schema::Hash hash_of(const void* data, size_t size);
+
+/// What a signature is made over (FORMAT.md section 3.1).
+inline constexpr size_t kContextBytes = sizeof(schema::kSignatureContext) - 1;
+using SignedMessage = std::array<uint8_t, kContextBytes + sizeof(schema::Hash)>;
+SignedMessage signed_message(const schema::Hash& root);
 
 /// Whether [offset, offset + length) lies inside [0, size), without overflow.
 inline bool inside(uint64_t offset, uint64_t length, uint64_t size) {

@@ -21,12 +21,10 @@ lf_status lf_sign_header(void* header_page, const uint8_t secret_key[64]) {
   if (std::memcmp(h.magic, schema::kMagic, sizeof h.magic) != 0) return LF_NOT_A_PACK;
   if (h.header_hash != pack::hash_of(&h, offsetof(schema::Header, header_hash))) return LF_DAMAGED;
   if (h.version_major != schema::kVersionMajor) return LF_UNKNOWN_VERSION;
-  constexpr size_t kContext = sizeof(schema::kSignatureContext) - 1;
-  uint8_t message[kContext + 32];
-  std::memcpy(message, schema::kSignatureContext, kContext);
-  std::memcpy(message + kContext, h.root.bytes, 32);
+  const pack::SignedMessage message = pack::signed_message(h.root);
   h.signature_kind = uint32_t(schema::SignatureKind::kEd25519);
-  if (crypto_sign_detached(h.signature, nullptr, message, sizeof message, secret_key) != 0) return LF_INVALID_ARGUMENT;
+  if (crypto_sign_detached(h.signature, nullptr, message.data(), message.size(), secret_key) != 0)
+    return LF_INVALID_ARGUMENT;
   if (crypto_sign_ed25519_sk_to_pk(h.public_key, secret_key) != 0) return LF_INVALID_ARGUMENT;
   h.header_hash = pack::hash_of(&h, offsetof(schema::Header, header_hash));
   std::memcpy(header_page, &h, sizeof h);

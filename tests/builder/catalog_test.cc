@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "builder/catalog/hash.h"
+#include "builder/hex.h"
 #include "builder/error.h"
 
 namespace landfix::catalog {

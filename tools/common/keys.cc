@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "builder/error.h"
+#include "builder/hex.h"
 
 namespace landfix::tools {
 namespace {
@@ -35,18 +36,11 @@ std::array<uint8_t, kBytes> read_key(const std::string& path, const std::string&
 PublicKey read_public_key(const std::string& path) { return read_key<32>(path, kPublicName); }
 SecretKey read_secret_key(const std::string& path) { return read_key<64>(path, kSecretName); }
 
-std::string hex(const uint8_t* bytes, size_t count) {
-  std::string out(2 * count + 1, '\0');
-  sodium_bin2hex(out.data(), out.size(), bytes, count);
-  out.pop_back();
-  return out;
-}
-
 std::string public_key_line(const PublicKey& key) {
-  return std::string(kPublicName) + " " + kAlgorithm + " " + hex(key.data(), key.size()) + "\n";
+  return std::string(kPublicName) + " " + kAlgorithm + " " + hex(key) + "\n";
 }
 std::string secret_key_line(const SecretKey& key) {
-  return std::string(kSecretName) + " " + kAlgorithm + " " + hex(key.data(), key.size()) + "\n";
+  return std::string(kSecretName) + " " + kAlgorithm + " " + hex(key) + "\n";
 }
 
 }  // namespace landfix::tools

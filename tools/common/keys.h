@@ -19,7 +19,4 @@ SecretKey read_secret_key(const std::string& path);
 std::string public_key_line(const PublicKey& key);
 std::string secret_key_line(const SecretKey& key);
 
-/// Lower-case hexadecimal digits.
-std::string hex(const uint8_t* bytes, size_t count);
-
 }  // namespace landfix::tools

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "tools/common/keys.h"
+#include "builder/hex.h"
 #include "tools/common/open_pack.h"
 
 namespace landfix::tools {
@@ -57,7 +57,7 @@ ordered_json source_json(const Pack& pack, uint32_t index) {
           {"vertical_datum", text_or_null(s.vertical_datum)},
           {"licence", text_or_null(s.licence)},
           {"attribution", text_or_null(s.attribution)},
-          {"sha256", hex(s.sha256, sizeof s.sha256)}};
+          {"sha256", hex(s.sha256)}};
 }
 
 }  // namespace
@@ -86,9 +86,8 @@ ordered_json manifest_json(const Pack& pack) {
   return {{"format", std::to_string(info.version_major) + "." + std::to_string(info.version_minor)},
           {"builder", info.builder},
           {"file_length", info.file_length},
-          {"root", hex(info.root, sizeof info.root)},
-          {"public_key",
-           info.is_signed ? ordered_json(hex(info.public_key, sizeof info.public_key)) : ordered_json(nullptr)},
+          {"root", hex(info.root)},
+          {"public_key", info.is_signed ? ordered_json(hex(info.public_key)) : ordered_json(nullptr)},
           {"zone", zone_name(zone)},
           {"epsg", tiles::epsg_code(zone)},
           {"bounds", bounds_json(pack, info)},

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <memory>
 
+#include "builder/hex.h"
 #include "tools/common/files.h"
 #include "tools/common/open_pack.h"
 #include "tools/landfix/commands.h"
@@ -56,7 +57,7 @@ void sign(const SignOptions& o) {
     file.close();
     if (!file) throw Error(ExitCode::kIo, output + ": cannot be written; is the disk full?");
   });
-  fmt::print("{}: signed by {}\n", output, hex(open_pack(output).info().public_key, 32));
+  fmt::print("{}: signed by {}\n", output, hex(open_pack(output).info().public_key));
 }
 
 }  // namespace

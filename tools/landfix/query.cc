@@ -113,13 +113,12 @@ Question question_of(const Pack& pack, const QueryOptions& o) {
   return q;
 }
 
-ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question& q) {
+ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question& q, const features::GridImage& image) {
   const Region& r = q.region;
   const auto geodetic = pack.geodetic_from_grid(q.ellipse.east_m, q.ellipse.north_m);
   check(geodetic.status(), "position");
   const auto height = pack.height(q.ellipse.east_m, q.ellipse.north_m);
   const auto undulation = pack.undulation(q.ellipse.east_m, q.ellipse.north_m);
-  const auto image = read_region(pack, r, o.pack);
   return {{"position",
            {{"longitude_deg", geodetic->longitude_rad / kDegree},
             {"latitude_deg", geodetic->latitude_rad / kDegree},
@@ -161,8 +160,9 @@ void query(const QueryOptions& o) {
   require_sound(o);
   const Pack pack = open_pack(o.pack, o.keys);
   const Question q = question_of(pack, o);
-  const ordered_json answer = answer_json(pack, o, q);
-  if (!o.output.empty()) write_grid_image(o.output, read_region(pack, q.region, o.pack), zone_of(pack));
+  const features::GridImage image = read_region(pack, q.region, o.pack);
+  const ordered_json answer = answer_json(pack, o, q, image);
+  if (!o.output.empty()) write_grid_image(o.output, image, zone_of(pack));
   if (o.json)
     fmt::print("{}\n", answer.dump(2));
   else

@@ -4,7 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tools/common/keys.h"
+#include "builder/hex.h"
 #include "tools/common/open_pack.h"
 #include "tools/landfix/commands.h"
 
@@ -24,12 +24,9 @@ void verify(const VerifyOptions& o) {
   const lf_info info = pack.info();
   const bool trusted = !o.keys.empty();
   if (o.json) {
-    const nlohmann::ordered_json out{{"pack", o.pack},
-                                     {"ok", true},
-                                     {"deep", o.deep},
-                                     {"tiles", *tiles},
-                                     {"root", hex(info.root, sizeof info.root)},
-                                     {"signed", info.is_signed != 0},
+    const nlohmann::ordered_json out{{"pack", o.pack},         {"ok", true},
+                                     {"deep", o.deep},         {"tiles", *tiles},
+                                     {"root", hex(info.root)}, {"signed", info.is_signed != 0},
                                      {"trusted", trusted}};
     fmt::print("{}\n", out.dump(2));
     return;
