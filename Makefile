@@ -4,6 +4,7 @@
 #   make bench   compares with GDAL, gdal2tiles and OpenCV; writes bench.json
 #   make real    the runs on real imagery of docs/real-imagery.md (LANDFIX_DATA names the folder)
 #   make asan, make tsan   the tests under AddressSanitizer + UndefinedBehaviorSanitizer, or ThreadSanitizer
+#   make aarch64 cross-builds the runtime and the kernels for 64-bit ARM (Debian) and runs their tests under qemu-user
 #   make fuzz    ten minutes of fuzzing of the reader
 #   make memory  the build of a 4-gigapixel image, with its peak memory
 SHELL := /bin/bash
@@ -11,7 +12,7 @@ JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: all setup release demo test bench real asan tsan fuzz memory clean
+.PHONY: all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -43,6 +44,14 @@ memory: release
 asan tsan: %: build/%/build.ninja
 	cmake --build --preset $* -j $(JOBS)
 	ctest --preset $* -j $(JOBS)
+
+aarch64:
+	tools/setup/install.sh g++-aarch64-linux-gnu qemu-user
+	tools/setup/sysroot.sh arm64 build/aarch64-sysroot libc6-dev libflatbuffers-dev libfmt-dev libgeographiclib-dev \
+	  libgtest-dev libproj-dev libsodium-dev libturbojpeg0-dev libzstd-dev nlohmann-json3-dev
+	cmake --preset aarch64
+	cmake --build --preset aarch64 -j $(JOBS)
+	ctest --preset aarch64 -j $(JOBS)
 
 fuzz:
 	tools/setup/install.sh clang 'libclang-rt-14-dev|libclang-rt-dev'

@@ -3,18 +3,24 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <optional>
+#include <set>
 #include <span>
 #include <system_error>
+#include <utility>
 
 #include "builder/catalog/catalog.h"
 #include "builder/catalog/hash.h"
 #include "builder/error.h"
+#include "builder/layers/stack.h"
+#include "builder/layers/window.h"
 #include "builder/plan.h"
 
 namespace landfix {
@@ -25,8 +31,16 @@ using catalog::FinishedTile;
 using catalog::Job;
 using schema::TileRecord;
 
-constexpr char kSourceStage[] = "source";
+constexpr char kSourceStage[] = "source", kHalvedStage[] = "halved";
 constexpr size_t kParentsPerJob = 16;
+constexpr double kBlockPixels =
+    double(tiles::kTilePixels << layers::kBlockLog2) * (tiles::kTilePixels << layers::kBlockLog2);
+
+// The name in the journal of an epoch's halved tiles; no layer of the pack can have it.
+std::string name_of_epoch(size_t epoch) { return fmt::format("epoch/{}", epoch); }
+
+// Where the halved tiles of a level are: by epoch, ascending by key.
+using EpochRecords = std::vector<std::vector<TileRecord>>;
 
 struct Work {
   Job job;
@@ -41,6 +55,7 @@ class Run {
 
   void make_tiles() {
     for (const auto& entry : plan_.sources) make_source_tiles(entry.first, entry.second);
+    for (const auto& entry : plan_.halved) make_halved_tiles(entry.first, entry.second);
     make_levels();
   }
   double megapixels() const { return megapixels_; }
@@ -51,6 +66,13 @@ class Run {
   void make_source_tiles(int level, const std::vector<size_t>& layer_indices);
   std::vector<FinishedTile> source_tiles(const tiles::TileIndex& block, int level,
                                          const std::vector<size_t>& layer_indices) const;
+  void make_halved_tiles(int level, const std::vector<size_t>& layer_indices);
+  ingest::Stack read_halved(const tiles::PixelRect& rect, const EpochRecords& records) const;
+  std::vector<Work> blocks_to_do(const char* stage, int level) const;
+  int halo_of(const std::vector<size_t>& layer_indices) const;
+  std::vector<FinishedTile> tiles_of_block(const layers::SourceWindow& window, const tiles::TileIndex& block,
+                                           const std::vector<size_t>& layer_indices) const;
+  void add_halved(const ingest::Stack& images, const tiles::TileIndex& block, std::vector<FinishedTile>& out) const;
   void make_levels();
   void make_level(const LayerPlan& layer, int level);
   FinishedTile parent_tile(const LayerPlan& layer, int level, std::span<const TileRecord> children) const;
@@ -101,16 +123,22 @@ void Run::run_jobs(const std::vector<Work>& work, const Compute& compute) {
   if (stopping()) throw Interrupted("stopped");
 }
 
-void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices) {
+std::vector<Work> Run::blocks_to_do(const char* stage, int level) const {
   std::vector<Work> work;
-  double total = 0;
   for (const tiles::TileIndex& block : blocks_of(plan_, level)) {
     const tiles::PixelRect window = window_of(plan_, block, level, 0);
     const double megapixels = double(window.width) * double(window.height) / 1e6;
-    if (megapixels == 0) continue;
-    total += megapixels;
-    work.push_back({{kSourceStage, level, tiles::hilbert_key(block)}, megapixels});
-    if (level == plan_.image_level && !catalog_.is_done(work.back().job)) megapixels_ += megapixels;
+    if (megapixels > 0) work.push_back({{stage, level, tiles::hilbert_key(block)}, megapixels});
+  }
+  return work;
+}
+
+void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices) {
+  const std::vector<Work> work = blocks_to_do(kSourceStage, level);
+  double total = 0;
+  for (const Work& w : work) {
+    total += w.amount;
+    if (level == plan_.image_level && !catalog_.is_done(w.job)) megapixels_ += w.amount;
   }
   progress_.begin(fmt::format("tiles at {} m", tiles::gsd_of(level)), "Mpx", total);
   run_jobs(work, [&](const Work& w) {
@@ -119,33 +147,102 @@ void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices)
   progress_.end();
 }
 
+int Run::halo_of(const std::vector<size_t>& layer_indices) const {
+  int halo_px = 0;
+  for (const size_t i : layer_indices) halo_px = std::max(halo_px, plan_.layers[i].info().halo_px);
+  return halo_px;
+}
+
 std::vector<FinishedTile> Run::source_tiles(const tiles::TileIndex& block, int level,
                                             const std::vector<size_t>& layer_indices) const {
-  int halo_px = 0;
-  bool needs_images = false, needs_heights = false;
-  for (const size_t i : layer_indices) {
-    const layers::LayerInfo& info = plan_.layers[i].info();
-    halo_px = std::max(halo_px, info.halo_px);
-    (info.input == layers::Input::kImages ? needs_images : needs_heights) = true;
-  }
+  const auto needs = [&](layers::Input input) {
+    return std::ranges::any_of(layer_indices, [&](size_t i) { return plan_.layers[i].info().input == input; });
+  };
   layers::SourceWindow window;
-  window.rect = window.images.rect = window_of(plan_, block, level, halo_px);
-  if (needs_images) window.images = plan_.images->read(window.rect);
-  if (needs_heights) window.heights = plan_.elevation->read(window.rect);
+  window.rect = window.images.rect = window_of(plan_, block, level, halo_of(layer_indices));
+  if (needs(layers::Input::kImages)) window.images = plan_.images->read(window.rect);
+  window.gray = layers::newest(window.images, window.rect, 1);
+  if (needs(layers::Input::kHeights)) window.heights = plan_.elevation->read(window.rect);
+  std::vector<FinishedTile> out = tiles_of_block(window, block, layer_indices);
+  if (plan_.halved.contains(level + 1) && needs(layers::Input::kImages)) add_halved(window.images, block, out);
+  return out;
+}
 
-  std::vector<FinishedTile> out;
+// In parallel, so that the last blocks of a level keep all threads busy. Isolated, so that a thread that waits here
+// does not begin another block: its window would come on top.
+std::vector<FinishedTile> Run::tiles_of_block(const layers::SourceWindow& window, const tiles::TileIndex& block,
+                                              const std::vector<size_t>& layer_indices) const {
+  std::vector<std::pair<const LayerPlan*, tiles::TileIndex>> wanted;
   for (const size_t i : layer_indices) {
     const LayerPlan& layer = plan_.layers[i];
-    const int tile_level = level + layer.info().base_offset, finer = block.level - tile_level;
-    for (int32_t n = 0; n < 1 << 2 * finer; ++n) {
-      const int32_t side = 1 << finer;
-      const tiles::TileIndex tile{tile_level, block.x * side + n % side, block.y * side + n / side};
-      if (!plan_.area->touches(tile)) continue;
-      const layers::TileData data = layer.layer->compute(window, tile);
-      if (!data.empty()) out.push_back(encode(layer, tile, data));
+    const int level = window.rect.level + layer.info().base_offset;
+    const int32_t side = 1 << (block.level - level);
+    for (int32_t n = 0; n < side * side; ++n) {
+      const tiles::TileIndex tile{level, block.x * side + n % side, block.y * side + n / side};
+      if (plan_.area->touches(tile)) wanted.emplace_back(&layer, tile);
     }
   }
-  return out;
+  std::vector<FinishedTile> all(wanted.size());
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(size_t(0), wanted.size(), [&](size_t i) {
+      const auto& [layer, tile] = wanted[i];
+      const layers::TileData data = layer->layer->compute(window, tile);
+      if (!data.empty()) all[i] = encode(*layer, tile, data);
+    });
+  });
+  std::erase_if(all, [](const FinishedTile& tile) { return tile.data.empty(); });
+  return all;
+}
+
+// What the epochs show in the block, for the jobs of the next level: of the tiles that touch the area, so that all
+// layers show the same part of it at every level.
+void Run::add_halved(const ingest::Stack& images, const tiles::TileIndex& block, std::vector<FinishedTile>& out) const {
+  const auto used = [&](const tiles::TileIndex& tile) { return plan_.area->touches(tile); };
+  const int level = images.rect.level + 1;
+  const int32_t side = 1 << (block.level - level);
+  for (int32_t n = 0; n < side * side; ++n) {
+    const tiles::TileIndex tile{level, block.x * side + n % side, block.y * side + n / side};
+    for (layers::EpochTile& half : layers::halved(images, tile, used)) {
+      FinishedTile finished{name_of_epoch(half.epoch), level, {}, std::move(half.data), {}};
+      finished.record.key = tiles::hilbert_key(tile);
+      finished.record.length = uint32_t(finished.data.size());
+      finished.record.hash = catalog::hash_of(finished.data);
+      out.push_back(std::move(finished));
+    }
+  }
+}
+
+void Run::make_halved_tiles(int level, const std::vector<size_t>& layer_indices) {
+  const std::vector<Work> work = blocks_to_do(kHalvedStage, level);
+  EpochRecords records;
+  for (size_t e = 0; e < plan_.images->epochs().size(); ++e) records.push_back(catalog_.tiles(name_of_epoch(e), level));
+  double total = 0;
+  for (const Work& w : work) total += w.amount;
+  progress_.begin(fmt::format("tiles at {} m", tiles::gsd_of(level)), "Mpx", total);
+  run_jobs(work, [&](const Work& w) {
+    const tiles::TileIndex block = tiles::tile_of_key(level + layers::kBlockLog2, w.job.key);
+    layers::SourceWindow window;
+    window.rect = layers::grown(layers::pixels_of(block, level), halo_of(layer_indices));
+    window.images = read_halved(window.rect, records);
+    window.gray = layers::newest(window.images, window.rect, 1);
+    std::vector<FinishedTile> out = tiles_of_block(window, block, layer_indices);
+    if (plan_.halved.contains(level + 1)) add_halved(window.images, block, out);
+    return out;
+  });
+  progress_.end();
+}
+
+ingest::Stack Run::read_halved(const tiles::PixelRect& rect, const EpochRecords& records) const {
+  const auto read = [&](size_t epoch, const tiles::TileIndex& tile) -> std::optional<std::vector<uint8_t>> {
+    if (!tiles::in_domain(tile)) return std::nullopt;
+    const uint64_t key = tiles::hilbert_key(tile);
+    const auto record = std::ranges::lower_bound(records[epoch], key, {}, &TileRecord::key);
+    if (record == records[epoch].end() || record->key != key) return std::nullopt;
+    std::vector<uint8_t> data(record->length);
+    catalog_.read(*record, data);
+    return data;
+  };
+  return layers::stack_of_tiles(rect, plan_.images->epochs(), read);
 }
 
 // All levels above those made from the sources.
@@ -198,8 +295,13 @@ FinishedTile Run::parent_tile(const LayerPlan& layer, int level, std::span<const
     const tiles::TileIndex child = tiles::tile_of_key(level - 1, record.key);
     quadrants[size_t((child.y & 1 ? 0 : 2) + (child.x & 1))] = decode(layer, record);
   }
-  const layers::TileData data = layer.layer->reduce(quadrants);
-  return data.empty() ? FinishedTile{} : encode(layer, tiles::tile_of_key(level, children[0].key >> 2), data);
+  layers::TileData data = layer.layer->reduce(quadrants);
+  if (data.empty()) return {};
+  std::set<uint16_t> epochs;
+  for (const TileRecord& record : children)
+    for (const uint16_t epoch : catalog_.epochs_of(record)) epochs.insert(epoch);
+  data.epochs.assign(epochs.begin(), epochs.end());
+  return encode(layer, tiles::tile_of_key(level, children[0].key >> 2), data);
 }
 
 FinishedTile Run::encode(const LayerPlan& layer, const tiles::TileIndex& tile, const layers::TileData& data) const {
@@ -217,6 +319,7 @@ FinishedTile Run::encode(const LayerPlan& layer, const tiles::TileIndex& tile, c
   out.record.value_offset = data.value_offset;
   out.record.value_step = data.value_step;
   out.record.hash = catalog::hash_of(out.data);
+  out.epochs = data.epochs;
   return out;
 }
 
@@ -235,6 +338,7 @@ layers::TileData Run::decode(const LayerPlan& layer, const TileRecord& record) c
 // Adds the finished tiles to the description of the pack, and what there is of them to the summary.
 exporter::PackDescription collect(const Plan& plan, const Catalog& catalog, std::vector<LayerSummary>& summary) {
   exporter::PackDescription pack = plan.description;
+  pack.epoch_sets = catalog.epoch_sets();
   for (size_t i = 0; i < plan.layers.size(); ++i) {
     const LayerPlan& layer = plan.layers[i];
     summary.push_back({layer.info().name, layer.codec, {}});
@@ -286,10 +390,12 @@ double spool_bytes(const Plan& plan) {
     for (const size_t i : layer_indices) {
       const layers::LayerInfo& info = plan.layers[i].info();
       const double tiles = blocks * double(1 << 2 * (layers::kBlockLog2 - info.base_offset));
-      bytes +=
-          tiles * double(info.format.bytes()) * (info.level_rule == layers::LevelRule::kFromChildren ? 4.0 / 3 : 1.0);
+      bytes += tiles * double(info.format.bytes()) * 4 / 3;
     }
   }
+  if (!plan.halved.empty())
+    for (const ingest::EpochInfo& epoch : plan.images->epochs())
+      bytes += double(blocks_of(plan, plan.image_level).size()) * kBlockPixels * double(epoch.roles.size()) / 3;
   return bytes;
 }
 
@@ -332,6 +438,7 @@ BuildSummary run(const BuildOptions& options, Progress& progress, const Plan& pl
   summary.resumed_jobs = catalog.jobs_found();
   summary.megapixels = run.megapixels();
   summary.warnings = plan.warnings;
+  summary.shifts = plan.shifts;
   return summary;
 }
 
@@ -343,6 +450,11 @@ BuildSummary build(const BuildOptions& options, Progress& progress) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   const Plan plan = make_plan(options);
   for (const std::string& warning : plan.warnings) progress.say("warning: " + warning);
+  for (const ShiftSummary& s : plan.shifts)
+    progress.say(fmt::format("{}: {}{}", s.image, s.text,
+                             s.removed              ? ", removed"
+                             : s.alignment.measured ? "; --align removes it"
+                                                    : ""));
   const auto advice = [&] {
     const std::filesystem::path journal = journal_of(options.output);
     if (!std::filesystem::exists(journal)) return std::string();

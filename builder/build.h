@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "builder/ingest/alignment.h"
 #include "builder/ingest/source.h"
 #include "builder/progress.h"
 #include "tiles/codec.h"
@@ -26,10 +27,12 @@ struct BuildOptions {
   std::string bbox;  ///< "W,S,E,N" in degrees
   std::optional<tiles::Zone> zone;             ///< absent: the standard zone of the images' centre
   std::optional<double> gsd_m;                 ///< a power of two; absent: the one nearest to the finest image's
-  std::vector<std::string> layers;             ///< names from the registry; empty: all that the inputs serve
-  std::map<std::string, tiles::Codec> codecs;  ///< by layer, instead of its default
-  int jpeg_quality = 90;
-  double plane_height_m = 0;  ///< metres above the ellipsoid, assumed where no height tile lies
+  std::string set;                             ///< of layers (see layer_set.h); empty: "all"
+  std::vector<std::string> layers;             ///< names from the registry, instead of a set
+  std::map<std::string, tiles::Codec> codecs;  ///< by layer, instead of the set's or the layer's own
+  std::optional<int> jpeg_quality;             ///< instead of the set's
+  bool align = false;                          ///< remove the shifts between images that are measured
+  double plane_height_m = 0;                   ///< metres above the ellipsoid, assumed where no height tile lies
   std::optional<double>
       georegistration_error_m;  ///< one sigma per axis; absent: the largest of the images', if all state one
   std::filesystem::path output;
@@ -45,7 +48,7 @@ struct Interrupted : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// "raw", "jpeg" or "zstd", as on the command line and in the manifest's parameters.
+/// "raw", "jpeg", "zstd" or "context", as on the command line and in the manifest's parameters.
 const char* name_of(tiles::Codec codec);
 
 struct LevelSummary {
@@ -60,6 +63,14 @@ struct LayerSummary {
   std::vector<LevelSummary> levels;  ///< finest first
 };
 
+/// How far an image lies off the one that it was compared with.
+struct ShiftSummary {
+  std::string image;
+  ingest::Alignment alignment;
+  std::string text;
+  bool removed = false;
+};
+
 struct BuildSummary {
   std::vector<LayerSummary> layers;
   tiles::Zone zone;
@@ -72,6 +83,7 @@ struct BuildSummary {
   double megapixels = 0;      ///< at the base level, of this run
   double seconds = 0;
   std::vector<std::string> warnings;
+  std::vector<ShiftSummary> shifts;  ///< of images that overlap others
 };
 
 /// Builds `options.output`, whole or not at all. While it runs, and after it failed or was killed, the folder

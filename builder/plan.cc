@@ -84,21 +84,45 @@ void require_known(const std::string& name, const char* option) {
                 fmt::format("{} {}: no such layer; expected some of {}", option, name, fmt::join(all_names(), ", ")));
 }
 
-bool is_wanted(const layers::LayerInfo& info, const BuildOptions& options) {
-  const bool named = std::find(options.layers.begin(), options.layers.end(), info.name) != options.layers.end();
-  if (named && info.input == Input::kHeights && !options.elevation)
-    throw Error(ExitCode::kUsage,
-                fmt::format("--layers {}: this layer needs heights; give them with --dem", info.name));
-  return named || (options.layers.empty() && (info.input != Input::kHeights || options.elevation));
+// What the inputs lack for a layer; empty: nothing.
+std::string lack_of(const layers::LayerInfo& info, const BuildOptions& options, const Plan& plan) {
+  if (info.input == Input::kHeights && !options.elevation) return "needs heights; give them with --dem";
+  if (const size_t epochs = plan.images->epochs().size(); epochs < size_t(info.min_epochs))
+    return fmt::format("needs images of {} dates or more, there is {}; say which with --date", info.min_epochs, epochs);
+  return {};
+}
+
+bool is_wanted(const layers::LayerInfo& info, const BuildOptions& options, const Plan& plan) {
+  const auto among = [&](const std::vector<std::string>& names) { return std::ranges::count(names, info.name) > 0; };
+  const std::string lack = lack_of(info, options, plan);
+  if (!options.layers.empty()) {
+    if (among(options.layers) && !lack.empty())
+      throw Error(ExitCode::kUsage, fmt::format("--layers {}: this layer {}", info.name, lack));
+    return among(options.layers);
+  }
+  return lack.empty() && (plan.set->layers.empty() || among(plan.set->layers));
+}
+
+tiles::Codec codec_of(const std::string& layer, tiles::Codec otherwise, const BuildOptions& options, const Plan& plan) {
+  for (const auto* codecs : {&options.codecs, &plan.set->codecs})
+    if (const auto chosen = codecs->find(layer); chosen != codecs->end()) return chosen->second;
+  return otherwise;
+}
+
+bool serves(tiles::Codec codec, const tiles::TileFormat& format) {
+  if (codec == tiles::Codec::kJpeg) return format.type == tiles::PixelType::kU8 && format.channels != 2;
+  return codec != tiles::Codec::kContext || format.type == tiles::PixelType::kBit;
 }
 
 LayerPlan plan_of(const layers::RasterLayer& layer, const BuildOptions& options, const Plan& plan) {
   const layers::LayerInfo& info = layer.info();
-  LayerPlan out{&layer, info.default_codec};
-  if (const auto chosen = options.codecs.find(info.name); chosen != options.codecs.end()) out.codec = chosen->second;
-  if (out.codec == tiles::Codec::kJpeg && info.format.type != tiles::PixelType::kU8)
-    throw Error(ExitCode::kUsage,
-                fmt::format("--codec {}=jpeg: JPEG serves 8-bit layers only; use raw or zstd", info.name));
+  LayerPlan out{&layer, codec_of(info.name, info.default_codec, options, plan)};
+  if (!serves(out.codec, info.format))
+    throw Error(
+        ExitCode::kUsage,
+        fmt::format("--codec {}={}: JPEG serves 8-bit layers of 1 or 3 channels only, context bit planes; use raw "
+                    "or zstd",
+                    info.name, name_of(out.codec)));
   int window_level = plan.image_level;
   if (info.input == Input::kHeights)
     window_level = std::max(window_level, tiles::nearest_level(plan.elevation->gsd_m()).value_or(window_level));
@@ -111,11 +135,12 @@ void choose_layers(const BuildOptions& options, Plan& plan) {
   for (const std::string& name : options.layers) require_known(name, "--layers");
   for (const auto& entry : options.codecs) require_known(entry.first, "--codec");
   for (const layers::RasterLayer* layer : layers::registry()) {
-    if (!is_wanted(layer->info(), options)) continue;
+    if (!is_wanted(layer->info(), options, plan)) continue;
     const LayerPlan out = plan_of(*layer, options, plan);
-    const bool every_level = layer->info().level_rule == LevelRule::kFromSource;
-    for (int level = out.base_level; level <= (every_level ? out.top_level : out.base_level); ++level)
-      plan.sources[level - layer->info().base_offset].push_back(plan.layers.size());
+    plan.sources[out.base_level - layer->info().base_offset].push_back(plan.layers.size());
+    if (layer->info().level_rule == LevelRule::kFromSource)
+      for (int level = out.base_level + 1; level <= out.top_level; ++level)
+        plan.halved[level].push_back(plan.layers.size());
     plan.layers.push_back(out);
   }
 }
@@ -134,14 +159,19 @@ std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOption
   std::vector<std::pair<std::string, std::string>> out;
   out.emplace_back("area", area_text(options));
   out.emplace_back("gsd_m", fmt::format("{}", tiles::gsd_of(plan.image_level)));
-  bool jpeg = false;
+  bool jpeg = false, zstd = false;
   for (const LayerPlan& layer : plan.layers) {
     out.emplace_back("codec." + layer.info().name, name_of(layer.codec));
+    for (const auto& [name, value] : layer.info().parameters) out.emplace_back(layer.info().name + "." + name, value);
     jpeg |= layer.codec == tiles::Codec::kJpeg;
+    zstd |= layer.codec == tiles::Codec::kZstd;
   }
-  if (jpeg) out.emplace_back("jpeg_quality", std::to_string(options.jpeg_quality));
+  if (jpeg) out.emplace_back("jpeg_quality", std::to_string(plan.encoding.jpeg_quality));
+  if (zstd) out.emplace_back("zstd_level", std::to_string(plan.encoding.zstd_level));
   for (const exporter::PackSource& s : plan.description.sources)
     if (s.source.nodata) out.emplace_back("nodata." + s.source.name, fmt::format("{}", *s.source.nodata));
+  for (const ShiftSummary& s : plan.shifts)
+    out.emplace_back("shift." + s.image, s.text + (s.removed ? ", removed" : ""));
   return out;
 }
 
@@ -176,6 +206,8 @@ void describe(const BuildOptions& options, Plan& plan) {
   for (const ingest::Source& source : plan.images->sources())
     d.sources.push_back({exporter::SourceRole::kImage, source});
   if (plan.elevation) d.sources.push_back({exporter::SourceRole::kElevation, plan.elevation->source()});
+  for (const ingest::EpochInfo& epoch : plan.images->epochs())
+    d.epochs.push_back({epoch.date, {epoch.sources.begin(), epoch.sources.end()}});
   ingest::GeoidResult geoid = ingest::make_geoid_grid(d.zone, d.bounds);
   d.geoid = std::move(geoid.grid);
   if (!geoid.warning.empty()) plan.warnings.push_back(geoid.warning);
@@ -201,10 +233,24 @@ std::string fingerprint_of(const Plan& plan) {
   return hash_of_text(text);
 }
 
+// Before anything that depends on where the images lie.
+void align(const BuildOptions& options, Plan& plan) {
+  const auto alignments = ingest::measure_alignment(*plan.images, plan.image_level);
+  for (size_t i = 0; i < alignments.size(); ++i) {
+    const ingest::Alignment& a = alignments[i];
+    if (!a.reference) continue;
+    const bool removed = options.align && a.measured;
+    plan.shifts.push_back({plan.images->sources()[i].name, a, text_of(a, plan.images->sources()), removed});
+    if (removed) plan.images->move_source(i, -a.east_m, -a.north_m);
+  }
+}
+
 void check_options(const BuildOptions& options) {
   if (options.images.empty()) throw Error(ExitCode::kUsage, "no image was given");
-  if (options.jpeg_quality < 1 || options.jpeg_quality > 100)
-    throw Error(ExitCode::kUsage, fmt::format("--jpeg-quality {}: expected 1 to 100", options.jpeg_quality));
+  if (const auto q = options.jpeg_quality; q && (*q < 1 || *q > 100))
+    throw Error(ExitCode::kUsage, fmt::format("--jpeg-quality {}: expected 1 to 100", *q));
+  if (!options.set.empty() && !options.layers.empty())
+    throw Error(ExitCode::kUsage, "--set and --layers: expected at most one of them");
   if (options.threads < 0)
     throw Error(ExitCode::kUsage, fmt::format("--threads {}: expected 1 or more", options.threads));
   if (!std::isfinite(options.plane_height_m))
@@ -226,6 +272,8 @@ const char* name_of(tiles::Codec codec) {
       return "jpeg";
     case tiles::Codec::kZstd:
       return "zstd";
+    case tiles::Codec::kContext:
+      return "context";
   }
   return "";
 }
@@ -233,8 +281,12 @@ const char* name_of(tiles::Codec codec) {
 Plan make_plan(const BuildOptions& options) {
   check_options(options);
   Plan plan;
+  plan.set = &layer_set(options.set.empty() ? layer_sets().front().name : options.set);
+  plan.encoding = plan.set->encoding;
+  if (options.jpeg_quality) plan.encoding.jpeg_quality = *options.jpeg_quality;
   plan.images = std::make_unique<ingest::ImageSet>(options.images, options.zone);
   plan.image_level = image_level_of(options, *plan.images);
+  align(options, plan);
   plan.area = area_of(options, *plan.images);
   if (options.elevation) {
     plan.elevation = std::make_unique<ingest::ElevationModel>(*options.elevation, plan.images->zone());
@@ -246,7 +298,6 @@ Plan make_plan(const BuildOptions& options) {
                     options.plane_height_m));
   }
   choose_layers(options, plan);
-  plan.encoding.jpeg_quality = options.jpeg_quality;
   describe(options, plan);
   plan.fingerprint = fingerprint_of(plan);
   return plan;
@@ -265,8 +316,7 @@ std::vector<tiles::TileIndex> blocks_of(const Plan& plan, int level) {
 }
 
 tiles::PixelRect window_of(const Plan& plan, const tiles::TileIndex& block, int level, int halo_px) {
-  tiles::PixelRect rect = layers::pixels_of(block, level);
-  rect = {level, rect.column - halo_px, rect.row - halo_px, rect.width + 2 * halo_px, rect.height + 2 * halo_px};
+  const tiles::PixelRect rect = layers::grown(layers::pixels_of(block, level), halo_px);
   ingest::GridBounds inputs = plan.images->bounds();
   if (plan.elevation) inputs.extend(plan.elevation->source().bounds);
   return layers::intersection(rect, ingest::pixels_covering(inputs, level));

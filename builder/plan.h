@@ -13,6 +13,7 @@
 #include "builder/ingest/area.h"
 #include "builder/ingest/elevation.h"
 #include "builder/ingest/image_set.h"
+#include "builder/layer_set.h"
 #include "builder/layers/layer.h"
 
 namespace landfix {
@@ -26,17 +27,21 @@ struct LayerPlan {
 };
 
 struct Plan {
+  const LayerSet* set = nullptr;
   std::unique_ptr<ingest::ImageSet> images;
   std::unique_ptr<ingest::ElevationModel> elevation;  ///< absent: none was given
   std::unique_ptr<ingest::Area> area;
   int image_level = 0;
   std::vector<LayerPlan> layers;  ///< in the order of the pack
-  /// By level of the source window: indices of the layers that are computed from it.
+  /// By level of the source window: indices of the layers that are computed from the inputs there.
   std::map<int, std::vector<size_t>> sources;
+  /// By level above the imagery's: indices of the layers that are computed from the epochs halved down to it.
+  std::map<int, std::vector<size_t>> halved;
   tiles::EncodeOptions encoding;
   exporter::PackDescription description;  ///< without levels
   std::string fingerprint;                ///< hash of all that decides about tile data
   std::vector<std::string> warnings;
+  std::vector<ShiftSummary> shifts;
 };
 
 /// Opens and checks everything. Throws Error as `build`.

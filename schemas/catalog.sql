@@ -14,6 +14,12 @@ CREATE TABLE job (
   PRIMARY KEY (stage, level, key)
 ) STRICT, WITHOUT ROWID;
 
+-- Sets of epochs that tiles were made from, each once, in the order in which the jobs that need them ended.
+CREATE TABLE epoch_set (
+  id INTEGER PRIMARY KEY,   -- counts from 1
+  epochs BLOB NOT NULL      -- u16 indices into the pack's epochs, ascending, little-endian
+) STRICT;
+
 -- Finished tiles. Without a row here a finished job found no data.
 CREATE TABLE tile (
   layer TEXT NOT NULL,
@@ -25,5 +31,6 @@ CREATE TABLE tile (
   value_offset REAL NOT NULL,
   value_step REAL NOT NULL,
   hash BLOB NOT NULL,       -- BLAKE2b-256 of the data
+  epoch_set INTEGER NOT NULL,  -- epoch_set.id; 0: not stated
   PRIMARY KEY (layer, level, key)
 ) STRICT, WITHOUT ROWID;

@@ -11,12 +11,13 @@ namespace landfix::schema {
 static_assert(std::endian::native == std::endian::little, "packs are read in place on little-endian hosts");
 
 inline constexpr uint8_t kMagic[8] = {0x89, 'L', 'F', 'P', '\r', '\n', 0x1A, '\n'};
-inline constexpr uint16_t kVersionMajor = 1, kVersionMinor = 0;
+inline constexpr uint16_t kVersionMajor = 1, kVersionMinor = 1;
 inline constexpr uint32_t kPageSize = 4096;
 inline constexpr uint32_t kBlockTiles = 256;   ///< most tile records in a directory block
 inline constexpr uint32_t kSmallAlignment = 8; ///< of everything that is not page-aligned
 inline constexpr uint64_t kMaxManifestBytes = 64u << 20;
 inline constexpr uint32_t kMaxTileBytes = 16u << 20;
+inline constexpr uint32_t kMaxEpochs = 65535;     ///< of a pack; as many sets of epochs
 
 /// The bytes signed are this text (without a terminator) followed by the root.
 inline constexpr char kSignatureContext[] = "landfix pack root v1";
@@ -70,12 +71,13 @@ struct TileRecord {
   uint64_t offset;  ///< of the data in the file
   uint32_t length;  ///< bytes of the data
   uint8_t codec;    ///< tiles::Codec
-  uint8_t reserved[3];
+  uint8_t reserved;    ///< zero
+  uint16_t epoch_set;  ///< which epochs went into it: counts from 1 in the manifest's epoch_sets; 0: not stated
   float value_offset;
   float value_step;
   Hash hash;        ///< BLAKE2b-256 of the data
 };
 static_assert(sizeof(TileRecord) == 64 && std::is_trivially_copyable_v<TileRecord> && std::is_standard_layout_v<TileRecord>);
-static_assert(offsetof(TileRecord, codec) == 20 && offsetof(TileRecord, value_offset) == 24 && offsetof(TileRecord, hash) == 32);
+static_assert(offsetof(TileRecord, codec) == 20 && offsetof(TileRecord, epoch_set) == 22 && offsetof(TileRecord, value_offset) == 24 && offsetof(TileRecord, hash) == 32);
 
 }  // namespace landfix::schema

@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 
+#include "tiles/context_codec.h"
 #include "tiles/grid.h"
 
 namespace landfix::tiles {
@@ -65,6 +66,10 @@ struct TjDestroy {
   void operator()(void* handle) const { tjDestroy(handle); }
 };
 using TjHandle = std::unique_ptr<void, TjDestroy>;
+
+bool planes_serve(const TileFormat& f) {
+  return f.type == PixelType::kBit && f.channels >= 1 && f.channels <= kMaxBitChannels;
+}
 
 bool jpeg_serves(const TileFormat& f) { return f.type == PixelType::kU8 && (f.channels == 1 || f.channels == 3); }
 
@@ -130,8 +135,7 @@ bool decode_jpeg(const TileFormat& f, std::span<const uint8_t> data, std::span<u
   if (width != kTilePixels || height != kTilePixels) return false;
   if ((colorspace == TJCS_GRAY) != (f.channels == 1)) return false;
   const int failed = tjDecompress2(handle.get(), data.data(), data.size(), out.data(), kTilePixels, 0, kTilePixels,
-                                   f.channels == 1 ? TJPF_GRAY : TJPF_RGB,
-                                   kDecodeFlags);
+                                   f.channels == 1 ? TJPF_GRAY : TJPF_RGB, kDecodeFlags);
   if (failed) return false;
   apply_mask(f, mask, out);
   return true;
@@ -150,7 +154,9 @@ std::vector<uint8_t> encode(Codec codec, const TileFormat& f, std::span<const ui
     case Codec::kZstd:
       if (f.type == PixelType::kI16 && f.channels == 1)
         return zstd_compress(split_differences(pixels), options.zstd_level);
-      return f.type == PixelType::kU8 ? zstd_compress(pixels, options.zstd_level) : std::vector<uint8_t>{};
+      return f.type != PixelType::kI16 ? zstd_compress(pixels, options.zstd_level) : std::vector<uint8_t>{};
+    case Codec::kContext:
+      return planes_serve(f) ? encode_planes(pixels) : std::vector<uint8_t>{};
   }
   return {};
 }
@@ -165,13 +171,15 @@ bool decode(Codec codec, const TileFormat& f, std::span<const uint8_t> data, std
     case Codec::kJpeg:
       return jpeg_serves(f) && decode_jpeg(f, data, out);
     case Codec::kZstd: {
-      if (f.type == PixelType::kU8) return zstd_decompress(data, out);
+      if (f.type != PixelType::kI16) return zstd_decompress(data, out);
       if (f.channels != 1) return false;
       std::vector<uint8_t> split(out.size());
       if (!zstd_decompress(data, split)) return false;
       join_differences(split, out);
       return true;
     }
+    case Codec::kContext:
+      return planes_serve(f) && decode_planes(data, out);
   }
   return false;
 } catch (const std::bad_alloc&) {

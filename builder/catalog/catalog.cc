@@ -51,10 +51,14 @@ class Statement {
     const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
     return bytes ? std::string(bytes, size_t(sqlite3_column_bytes(statement_, column))) : std::string();
   }
+  std::span<const uint8_t> blob(int column) {
+    return {static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column)),
+            size_t(sqlite3_column_bytes(statement_, column))};
+  }
   schema::Hash hash(int column) {
     schema::Hash hash{};
-    if (sqlite3_column_bytes(statement_, column) == int(sizeof hash.bytes))
-      std::memcpy(hash.bytes, sqlite3_column_blob(statement_, column), sizeof hash.bytes);
+    const std::span<const uint8_t> bytes = blob(column);
+    if (bytes.size() == sizeof hash.bytes) std::memcpy(hash.bytes, bytes.data(), sizeof hash.bytes);
     return hash;
   }
 
@@ -71,6 +75,10 @@ class Statement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
+// What record_of reads.
+constexpr char kSelectTiles[] =
+    "SELECT key, offset, length, codec, value_offset, value_step, hash, epoch_set FROM tile ";
+
 schema::TileRecord record_of(Statement& row) {
   schema::TileRecord record{};
   record.key = uint64_t(row.integer(0));
@@ -80,6 +88,7 @@ schema::TileRecord record_of(Statement& row) {
   record.value_offset = float(row.real(4));
   record.value_step = float(row.real(5));
   record.hash = row.hash(6);
+  record.epoch_set = uint16_t(row.integer(7));
   return record;
 }
 
@@ -113,7 +122,8 @@ class Catalog::Database {
 
   void prepare() {
     insert_job = std::make_unique<Statement>(handle(), "INSERT INTO job VALUES (?, ?, ?)");
-    insert_tile = std::make_unique<Statement>(handle(), "INSERT INTO tile VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    insert_epoch_set = std::make_unique<Statement>(handle(), "INSERT INTO epoch_set VALUES (?, ?)");
+    insert_tile = std::make_unique<Statement>(handle(), "INSERT INTO tile VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   }
 
  private:
@@ -133,7 +143,7 @@ class Catalog::Database {
   std::unique_ptr<sqlite3, Close> handle_;
 
  public:
-  std::unique_ptr<Statement> insert_job, insert_tile;  // after the handle: finalized before it closes
+  std::unique_ptr<Statement> insert_job, insert_epoch_set, insert_tile;  // after the handle: finalized before it closes
 };
 
 Catalog::Catalog(const fs::path& folder, const std::string& fingerprint) : folder_(folder) {
@@ -163,14 +173,15 @@ Catalog::~Catalog() = default;
 // Reads what an earlier run left; false (and a note) where it cannot be continued.
 bool Catalog::take_over(const std::string& fingerprint) {
   sqlite3* handle = database_->handle();
-  Statement tables(handle, "SELECT count(*) FROM sqlite_master WHERE name IN ('build', 'job', 'tile')");
+  Statement tables(handle, "SELECT count(*) FROM sqlite_master WHERE name IN ('build', 'epoch_set', 'job', 'tile')");
   tables.step();
-  if (tables.integer(0) != 3) return false;  // killed before it had begun
+  if (tables.integer(0) != 4) return false;  // killed before it had begun
   Statement build(handle, "SELECT fingerprint FROM build");
   if (!build.step() || build.text(0) != fingerprint) {
     note_ = "inputs, parameters or version differ from those of the journal";
     return false;
   }
+  load_epoch_sets();
   if (!spool_is_intact()) {
     note_ = "the spooled tiles are damaged";
     return false;
@@ -184,11 +195,28 @@ bool Catalog::take_over(const std::string& fingerprint) {
   return true;
 }
 
+void Catalog::load_epoch_sets() {
+  std::vector<EpochSet> sets;
+  for (Statement row(database_->handle(), "SELECT epochs FROM epoch_set ORDER BY id"); row.step();) {
+    const std::span<const uint8_t> bytes = row.blob(0);
+    EpochSet set(bytes.size() / sizeof(uint16_t));
+    if (!set.empty()) std::memcpy(set.data(), bytes.data(), set.size() * sizeof(uint16_t));
+    sets.push_back(std::move(set));
+  }
+  add_epoch_sets(std::move(sets));
+}
+
+void Catalog::add_epoch_sets(std::vector<EpochSet> sets) {
+  const std::lock_guard lock(epoch_mutex_);
+  for (EpochSet& set : sets) {
+    epoch_set_ids_.emplace(set, uint16_t(epoch_sets_.size() + 1));
+    epoch_sets_.push_back(std::move(set));
+  }
+}
+
 bool Catalog::spool_is_intact() const {
   std::vector<schema::TileRecord> records;
-  for (Statement row(database_->handle(),
-                     "SELECT key, offset, length, codec, value_offset, value_step, hash FROM tile ORDER BY offset");
-       row.step();)
+  for (Statement row(database_->handle(), (std::string(kSelectTiles) + "ORDER BY offset").c_str()); row.step();)
     records.push_back(record_of(row));
   const uint64_t size = spool_->size();
   std::atomic<bool> intact = true;
@@ -196,7 +224,8 @@ bool Catalog::spool_is_intact() const {
     std::vector<uint8_t> data;
     for (size_t i = range.begin(); i < range.end() && intact; ++i) {
       const schema::TileRecord& record = records[i];
-      if (record.length > schema::kMaxTileBytes || record.offset > size || record.length > size - record.offset) {
+      if (record.length > schema::kMaxTileBytes || record.offset > size || record.length > size - record.offset ||
+          record.epoch_set > epoch_sets_.size()) {
         intact = false;
         return;
       }
@@ -212,6 +241,8 @@ void Catalog::start_over(const std::string& fingerprint) {
   done_.clear();
   jobs_found_ = 0;
   spool_end_ = 0;
+  epoch_sets_.clear();
+  epoch_set_ids_.clear();
   database_.reset();
   spool_.reset();
   for (const char* name : {"catalog.sqlite", "catalog.sqlite-wal", "catalog.sqlite-shm", "tiles.spool"})
@@ -224,7 +255,31 @@ void Catalog::start_over(const std::string& fingerprint) {
   database_->execute("COMMIT");
 }
 
+// Gives every tile the number of its set of epochs; returns the sets that no tile had before.
+std::vector<EpochSet> Catalog::number_epoch_sets(std::span<FinishedTile> tiles) const {
+  std::vector<EpochSet> added;
+  for (FinishedTile& tile : tiles) {
+    tile.record.epoch_set = 0;
+    if (tile.epochs.empty()) continue;
+    if (const auto known = epoch_set_ids_.find(tile.epochs); known != epoch_set_ids_.end()) {
+      tile.record.epoch_set = known->second;
+      continue;
+    }
+    const auto place = std::find(added.begin(), added.end(), tile.epochs);
+    const size_t id = epoch_sets_.size() + size_t(place - added.begin()) + 1;
+    if (id > schema::kMaxEpochs)
+      throw Error(ExitCode::kBadInput,
+                  fmt::format("the tiles show more than {} different sets of capture dates, more than a pack can name; "
+                              "give fewer dates or make several packs",
+                              schema::kMaxEpochs));
+    if (place == added.end()) added.push_back(tile.epochs);
+    tile.record.epoch_set = uint16_t(id);
+  }
+  return added;
+}
+
 void Catalog::commit(const Job& job, std::span<FinishedTile> tiles) {
+  std::vector<EpochSet> added = number_epoch_sets(tiles);
   uint64_t end = spool_end_;
   for (FinishedTile& tile : tiles) {
     spool_->write_at(end, tile.data);
@@ -233,6 +288,12 @@ void Catalog::commit(const Job& job, std::span<FinishedTile> tiles) {
   }
   database_->execute("BEGIN");
   try {
+    for (size_t i = 0; i < added.size(); ++i) {
+      const auto* bytes = reinterpret_cast<const uint8_t*>(added[i].data());
+      database_->insert_epoch_set->bind(1, int64_t(epoch_sets_.size() + i + 1))
+          .bind(2, std::span(bytes, added[i].size() * sizeof(uint16_t)))
+          .run();
+    }
     for (const FinishedTile& tile : tiles) {
       const schema::TileRecord& r = tile.record;
       database_->insert_tile->bind(1, tile.layer)
@@ -240,7 +301,8 @@ void Catalog::commit(const Job& job, std::span<FinishedTile> tiles) {
           .bind(3, int64_t(r.key))
           .bind(4, int64_t(r.offset));
       database_->insert_tile->bind(5, int64_t(r.length)).bind(6, int64_t(r.codec)).bind(7, double(r.value_offset));
-      database_->insert_tile->bind(8, double(r.value_step)).bind(9, std::span<const uint8_t>(r.hash.bytes)).run();
+      database_->insert_tile->bind(8, double(r.value_step)).bind(9, std::span<const uint8_t>(r.hash.bytes));
+      database_->insert_tile->bind(10, int64_t(r.epoch_set)).run();
     }
     database_->insert_job->bind(1, job.stage).bind(2, int64_t(job.level)).bind(3, int64_t(job.key)).run();
     database_->execute("COMMIT");
@@ -248,18 +310,28 @@ void Catalog::commit(const Job& job, std::span<FinishedTile> tiles) {
     sqlite3_exec(database_->handle(), "ROLLBACK", nullptr, nullptr, nullptr);
     throw;
   }
+  add_epoch_sets(std::move(added));
   spool_end_ = end;
   done_.insert(job);
 }
 
 std::vector<schema::TileRecord> Catalog::tiles(const std::string& layer, int level) const {
   Statement row(database_->handle(),
-                "SELECT key, offset, length, codec, value_offset, value_step, hash FROM tile WHERE layer = ? AND level "
-                "= ? ORDER BY key");
+                (std::string(kSelectTiles) + "WHERE layer = ? AND level = ? ORDER BY key").c_str());
   row.bind(1, layer).bind(2, int64_t(level));
   std::vector<schema::TileRecord> records;
   while (row.step()) records.push_back(record_of(row));
   return records;
+}
+
+std::vector<EpochSet> Catalog::epoch_sets() const {
+  const std::lock_guard lock(epoch_mutex_);
+  return epoch_sets_;
+}
+
+EpochSet Catalog::epochs_of(const schema::TileRecord& record) const {
+  const std::lock_guard lock(epoch_mutex_);
+  return record.epoch_set == 0 ? EpochSet{} : epoch_sets_.at(record.epoch_set - 1u);
 }
 
 void Catalog::read(const schema::TileRecord& record, std::span<uint8_t> out) const {

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <span>
 #include <string>
@@ -23,17 +25,21 @@ struct Job {
   auto operator<=>(const Job&) const = default;
 };
 
-/// A tile as its job hands it over. `record.offset` is set by the catalog.
+/// Indices into the pack's epochs (exporter::PackDescription::epochs), strictly ascending.
+using EpochSet = std::vector<uint16_t>;
+
+/// A tile as its job hands it over. `record.offset` and `record.epoch_set` are set by the catalog.
 struct FinishedTile {
   std::string layer;
   int level = 0;
   schema::TileRecord record{};
   std::vector<uint8_t> data;
+  EpochSet epochs = {};  ///< that went into it; empty: not stated
 };
 
 /// A folder with `catalog.sqlite` and `tiles.spool`. One process at a time works on it; a killed one leaves it
-/// consistent. `commit` and the queries belong to one thread at a time; `read` is safe from many. All errors are Error
-/// (kIo).
+/// consistent. `commit` and the queries belong to one thread at a time; `read` and `epochs_of` are safe from many. All
+/// errors are Error (kIo).
 class Catalog {
  public:
   /// Opens or creates the journal. One of another fingerprint, a damaged one, or one whose spool does not hold the
@@ -47,11 +53,16 @@ class Catalog {
   const std::string& note() const { return note_; }  ///< why a journal that was found is not continued; else empty
 
   bool is_done(const Job& job) const { return done_.contains(job); }
-  /// Appends the data to the spool, then records job and tiles in one transaction.
+  /// Appends the data to the spool, then records job and tiles in one transaction. Throws Error (kBadInput) where the
+  /// tiles show more different sets of epochs than a pack can hold.
   void commit(const Job& job, std::span<FinishedTile> tiles);
 
-  /// The tiles of a level, ascending by key; offsets are those of the spool.
+  /// The tiles of a level, ascending by key; offsets are those of the spool, `epoch_set` counts from 1 in epoch_sets().
   std::vector<schema::TileRecord> tiles(const std::string& layer, int level) const;
+  /// All sets of epochs that tiles name, each once. Their order depends on that of the jobs; the pack's does not.
+  std::vector<EpochSet> epoch_sets() const;
+  /// The epochs of a tile that `tiles` gave; empty: not stated.
+  EpochSet epochs_of(const schema::TileRecord& record) const;
   /// Data of a tile into `out` of `record.length` bytes.
   void read(const schema::TileRecord& record, std::span<uint8_t> out) const;
 
@@ -61,6 +72,9 @@ class Catalog {
  private:
   class Database;
   bool take_over(const std::string& fingerprint);
+  void load_epoch_sets();
+  void add_epoch_sets(std::vector<EpochSet> sets);
+  std::vector<EpochSet> number_epoch_sets(std::span<FinishedTile> tiles) const;
   bool spool_is_intact() const;
   void start_over(const std::string& fingerprint);
 
@@ -71,6 +85,9 @@ class Catalog {
   uint64_t spool_end_ = 0;
   size_t jobs_found_ = 0;
   std::string note_;
+  mutable std::mutex epoch_mutex_;  // of epoch_sets_: one thread commits while others ask
+  std::vector<EpochSet> epoch_sets_;
+  std::map<EpochSet, uint16_t> epoch_set_ids_;
 };
 
 }  // namespace landfix::catalog

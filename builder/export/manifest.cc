@@ -57,6 +57,29 @@ Offset<schema::Source> encode_source(FlatBufferBuilder& builder, const PackSourc
                               attribution, crs, datum, bands, s.gsd_m);
 }
 
+Offset<schema::Epoch> encode_epoch(FlatBufferBuilder& builder, const PackEpoch& epoch) {
+  const auto date = text_or_none(builder, epoch.date);
+  return schema::CreateEpoch(builder, date, builder.CreateVector(epoch.sources));
+}
+
+Offset<schema::EpochSet> encode_epoch_set(FlatBufferBuilder& builder, const catalog::EpochSet& set) {
+  return schema::CreateEpochSet(builder, builder.CreateVector(set));
+}
+
+Offset<schema::Parameter> encode_parameter(FlatBufferBuilder& builder,
+                                           const std::pair<std::string, std::string>& parameter) {
+  const auto name = builder.CreateString(parameter.first), value = builder.CreateString(parameter.second);
+  return schema::CreateParameter(builder, name, value);
+}
+
+// Encodes every item by `encode`.
+template <typename Items, typename Encode>
+auto encode_all(FlatBufferBuilder& builder, const Items& items, Encode encode) {
+  std::vector<decltype(encode(builder, *items.begin()))> offsets;
+  for (const auto& item : items) offsets.push_back(encode(builder, item));
+  return builder.CreateVector(offsets);
+}
+
 Offset<schema::Geoid> encode_geoid(FlatBufferBuilder& builder, const std::optional<ingest::GeoidGrid>& geoid) {
   if (!geoid) return {};
   const auto model = builder.CreateString(geoid->model);
@@ -67,28 +90,24 @@ Offset<schema::Geoid> encode_geoid(FlatBufferBuilder& builder, const std::option
 
 }  // namespace
 
-std::vector<uint8_t> encode_manifest(const PackDescription& d) {
+std::vector<uint8_t> encode_manifest(const PackDescription& d, std::span<const catalog::EpochSet> epoch_sets) {
   FlatBufferBuilder builder;
   uint32_t next_block = 0;
-  std::vector<Offset<schema::Layer>> layers;
-  for (const PackLayer& layer : d.layers) layers.push_back(encode_layer(builder, layer, next_block));
-  std::vector<Offset<schema::Source>> sources;
-  for (const PackSource& source : d.sources) sources.push_back(encode_source(builder, source));
-  std::vector<Offset<schema::Parameter>> parameters;
-  for (const auto& [name, value] : d.parameters) {
-    const auto name_text = builder.CreateString(name), value_text = builder.CreateString(value);
-    parameters.push_back(schema::CreateParameter(builder, name_text, value_text));
-  }
-  const auto layer_vector = builder.CreateVector(layers);
-  const auto source_vector = builder.CreateVector(sources);
-  const auto parameter_vector = builder.CreateVector(parameters);
+  const auto layers = encode_all(builder, d.layers, [&](FlatBufferBuilder& b, const PackLayer& layer) {
+    return encode_layer(b, layer, next_block);
+  });
+  const auto sources = encode_all(builder, d.sources, encode_source);
+  const auto parameters = encode_all(builder, d.parameters, encode_parameter);
+  const auto epochs = d.epochs.empty() ? 0 : encode_all(builder, d.epochs, encode_epoch);
+  const auto sets = epoch_sets.empty() ? 0 : encode_all(builder, epoch_sets, encode_epoch_set);
   const auto geoid = encode_geoid(builder, d.geoid);
   const auto program = text_or_none(builder, d.builder);
   const auto grid = schema::CreateGrid(builder, uint8_t(d.zone.number), d.zone.north);
   const schema::Bounds bounds(d.bounds.west_m, d.bounds.south_m, d.bounds.east_m, d.bounds.north_m);
   schema::FinishManifestBuffer(
-      builder, schema::CreateManifest(builder, grid, &bounds, layer_vector, source_vector, geoid, d.plane_height_m,
-                                      float(d.georegistration_error_m.value_or(-1)), program, parameter_vector));
+      builder,
+      schema::CreateManifest(builder, grid, &bounds, layers, sources, geoid, d.plane_height_m,
+                             float(d.georegistration_error_m.value_or(-1)), program, parameters, epochs, sets));
   return {builder.GetBufferPointer(), builder.GetBufferPointer() + builder.GetSize()};
 }
 

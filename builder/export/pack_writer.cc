@@ -11,6 +11,7 @@
 #include "builder/catalog/file.h"
 #include "builder/catalog/hash.h"
 #include "builder/error.h"
+#include "builder/export/epoch_sets.h"
 
 namespace landfix::exporter {
 namespace {
@@ -46,8 +47,9 @@ struct Layout {
   uint64_t table_offset = 0, directory_offset = 0, file_bytes = 0;
 };
 
-// One level: its records, and the blocks over them. Hashes and offsets of blocks follow once tile offsets are known.
-void add_level(const PackLayer& layer, const PackLevel& level, Layout& layout) {
+// One level: its records with the pack's numbers of their sets of epochs, and the blocks over them. Hashes and offsets
+// of blocks follow once tile offsets are known.
+void add_level(const PackLayer& layer, const PackLevel& level, const EpochSets& epoch_sets, Layout& layout) {
   const std::vector<TileRecord>& tiles = level.tiles;
   for (size_t i = 0; i < tiles.size(); ++i) {
     if (i > 0 && tiles[i - 1].key >= tiles[i].key)
@@ -60,6 +62,7 @@ void add_level(const PackLayer& layer, const PackLevel& level, Layout& layout) {
     if (block.count++ == 0) block.first_key = tiles[i].key;
     block.last_key = tiles[i].key;
     layout.records.push_back(tiles[i]);
+    layout.records.back().epoch_set = epoch_sets.number[tiles[i].epoch_set];
   }
 }
 
@@ -86,11 +89,12 @@ void place_tiles(const PackDescription& description, uint64_t data_offset, Layou
 
 Layout lay_out(const PackDescription& description) {
   Layout layout;
-  layout.manifest = encode_manifest(description);
+  const EpochSets epoch_sets = number_epoch_sets(description);
+  layout.manifest = encode_manifest(description, epoch_sets.sets);
   if (layout.manifest.size() > schema::kMaxManifestBytes)
     throw Error(ExitCode::kInternal, fmt::format("a manifest of {} bytes", layout.manifest.size()));
   for (const PackLayer& layer : description.layers)
-    for (const PackLevel& level : layer.levels) add_level(layer, level, layout);
+    for (const PackLevel& level : layer.levels) add_level(layer, level, epoch_sets, layout);
   layout.table_offset = align(schema::kPageSize + layout.manifest.size(), schema::kSmallAlignment);
   layout.directory_offset = layout.table_offset + layout.blocks.size() * sizeof(BlockRecord);
   place_tiles(description, layout.directory_offset + layout.records.size() * sizeof(TileRecord), layout);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "builder/catalog/catalog.h"
 #include "builder/ingest/bounds.h"
 #include "builder/ingest/geoid.h"
 #include "builder/ingest/source.h"
@@ -38,12 +39,22 @@ struct PackSource {
   ingest::Source source;
 };
 
+/// A capture date and the images that show it.
+struct PackEpoch {
+  std::string date;               ///< ISO 8601; empty: undated
+  std::vector<uint16_t> sources;  ///< indices into PackDescription::sources, ascending
+};
+
 /// All of a pack but the tile data. Equal descriptions and data give equal files.
 struct PackDescription {
   tiles::Zone zone;
   ingest::GridBounds bounds;
   std::vector<PackLayer> layers;
   std::vector<PackSource> sources;
+  std::vector<PackEpoch> epochs;  ///< newest first (equal dates may follow each other), undated last
+  /// Indices into `epochs`, strictly ascending; `epoch_set` of the tiles' records counts from 1 in it. In any order:
+  /// the pack holds those in use, each once, in the order in which its tiles need them.
+  std::vector<catalog::EpochSet> epoch_sets;
   std::optional<ingest::GeoidGrid> geoid;
   double plane_height_m = 0;  ///< above the ellipsoid
   std::optional<double> georegistration_error_m;
@@ -70,9 +81,9 @@ PackStatistics write_pack(const std::filesystem::path& path, const PackDescripti
 /// Fills in `root` and then `header_hash` from the fields before them.
 void seal(schema::Header& header);
 
-/// The manifest's bytes. `first_block` of the levels counts on from 0 in the order of the description, without empty
-/// levels.
-std::vector<uint8_t> encode_manifest(const PackDescription& description);
+/// The manifest's bytes, with these sets of epochs instead of the description's. `first_block` of the levels counts on
+/// from 0 in the order of the description, without empty levels.
+std::vector<uint8_t> encode_manifest(const PackDescription& description, std::span<const catalog::EpochSet> epoch_sets);
 
 /// How many directory blocks hold `tiles` records.
 inline uint64_t blocks_for(uint64_t tiles) { return (tiles + schema::kBlockTiles - 1) / schema::kBlockTiles; }

@@ -18,25 +18,19 @@
 namespace landfix::ingest {
 namespace {
 
-/// Sources of one date and the same bands.
-struct Group {
-  std::string date;
-  std::vector<BandRole> roles;
-  std::vector<int> sources;
-};
-
 /// Newest first, undated last; in the order of the command line where dates are equal.
-std::vector<Group> group_by_date(const std::vector<Source>& sources) {
-  std::vector<Group> groups;
+std::vector<EpochInfo> group_by_date(const std::vector<Source>& sources) {
+  std::vector<EpochInfo> groups;
   for (size_t i = 0; i < sources.size(); ++i) {
     const Source& s = sources[i];
-    const auto same = [&](const Group& g) { return g.date == s.date && g.roles == s.bands; };
+    const auto same = [&](const EpochInfo& g) { return g.date == s.date && g.roles == s.bands; };
     auto group = std::find_if(groups.begin(), groups.end(), same);
     if (group == groups.end()) group = groups.insert(group, {s.date, s.bands, {}});
     group->sources.push_back(int(i));
   }
   // Dates as 2009-08-18 sort as texts; the empty one comes last.
-  std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return a.date > b.date; });
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const EpochInfo& a, const EpochInfo& b) { return a.date > b.date; });
   return groups;
 }
 
@@ -115,7 +109,7 @@ struct ImageSet::Impl {
   std::shared_ptr<HandlePool> pool = std::make_shared<HandlePool>();
   std::deque<Raster> rasters;  // a deque: handles know rasters by address
   std::vector<Source> sources;
-  std::vector<Group> groups;
+  std::vector<EpochInfo> groups;
   GridBounds bounds;
 };
 
@@ -148,6 +142,7 @@ ImageSet& ImageSet::operator=(ImageSet&&) noexcept = default;
 
 const tiles::Zone& ImageSet::zone() const { return impl_->zone; }
 const std::vector<Source>& ImageSet::sources() const { return impl_->sources; }
+const std::vector<EpochInfo>& ImageSet::epochs() const { return impl_->groups; }
 const GridBounds& ImageSet::bounds() const { return impl_->bounds; }
 
 double ImageSet::finest_gsd_m() const {
@@ -178,8 +173,8 @@ std::vector<Epoch> ImageSet::read(const PixelWindow& window) const {
   require_readable(window);
   std::vector<Epoch> epochs;
   const int width = int(window.width), height = int(window.height);
-  for (const Group& group : impl_->groups) {
-    Epoch epoch{group.date, group.roles, {}, {}, {}};
+  for (const EpochInfo& group : impl_->groups) {
+    Epoch epoch{group.date, group.roles, {}, {}, {}, size_t(&group - impl_->groups.data())};
     int64_t filled = 0;
     for (const int source : group.sources) {
       const Raster& raster = impl_->rasters[size_t(source)];
@@ -196,6 +191,30 @@ std::vector<Epoch> ImageSet::read(const PixelWindow& window) const {
     if (filled > 0) epochs.push_back(std::move(epoch));
   }
   return epochs;
+}
+
+std::optional<Epoch> ImageSet::read_source(size_t source, const PixelWindow& window) const {
+  require_readable(window);
+  const Raster& raster = impl_->rasters.at(source);
+  if (!raster.may_touch(window.bounds())) return std::nullopt;
+  const auto shows = [&](const EpochInfo& e) { return std::ranges::count(e.sources, int(source)) > 0; };
+  const auto epoch = std::ranges::find_if(impl_->groups, shows);
+  const cv::Size size(int(window.width), int(window.height));
+  Epoch out{epoch->date,
+            epoch->roles,
+            cv::Mat::zeros(size, CV_8UC(int(epoch->roles.size()))),
+            cv::Mat::zeros(size, CV_8UC1),
+            {int(source)},
+            size_t(epoch - impl_->groups.begin())};
+  if (raster.fill(window, out.bands, out.valid) == 0) return std::nullopt;
+  return out;
+}
+
+void ImageSet::move_source(size_t source, double east_m, double north_m) {
+  impl_->rasters.at(source).move(east_m, north_m);
+  impl_->sources[source].bounds = impl_->rasters[source].bounds();
+  impl_->bounds = {};
+  for (const Raster& raster : impl_->rasters) impl_->bounds.extend(raster.bounds());
 }
 
 Stack ImageSet::read(const tiles::PixelRect& rect) const { return {rect, read(window_of(rect))}; }

@@ -15,6 +15,13 @@
 
 namespace landfix::ingest {
 
+/// Images of one capture date with the same bands.
+struct EpochInfo {
+  std::string date;             ///< "2009-08-18", or empty: undated
+  std::vector<BandRole> roles;  ///< of the channels, ascending
+  std::vector<int> sources;     ///< indices into ImageSet::sources(), ascending
+};
+
 /// One capture date in a window. Images of one date with different bands form separate epochs.
 struct Epoch {
   std::string date;             ///< "2009-08-18", or empty: undated
@@ -22,6 +29,7 @@ struct Epoch {
   cv::Mat bands;                ///< H×W CV_8UC(n); 0 where not valid
   cv::Mat valid;                ///< H×W CV_8UC1: 255 where there is data, else 0; same size as `bands`, never all 0
   std::vector<int> sources;     ///< indices into ImageSet::sources() of the images that gave pixels, ascending
+  size_t index = 0;             ///< in ImageSet::epochs()
 };
 
 struct Stack {
@@ -50,9 +58,11 @@ class ImageSet {
 
   const tiles::Zone& zone() const;
   const std::vector<Source>& sources() const;  ///< in the order of the files given
-  const GridBounds& bounds() const;            ///< union over all sources
-  double finest_gsd_m() const;                 ///< native GSD of the finest source
-  int derived_level() const;                   ///< the level nearest to the finest source's GSD
+  /// Newest first, undated last; in the order of the files where dates are equal.
+  const std::vector<EpochInfo>& epochs() const;
+  const GridBounds& bounds() const;  ///< union over all sources
+  double finest_gsd_m() const;       ///< native GSD of the finest source
+  int derived_level() const;         ///< the level nearest to the finest source's GSD
 
   /// Whether some image's footprint may touch the rectangle (a cheap test by bounds).
   bool touches(const GridBounds& b) const;
@@ -68,6 +78,13 @@ class ImageSet {
 
   /// The same for a window of any GSD.
   std::vector<Epoch> read(const PixelWindow& window) const;
+
+  /// What one source alone shows; nullopt where it has no data.
+  std::optional<Epoch> read_source(size_t source, const PixelWindow& window) const;
+
+  /// Moves a source on the grid from where its georeference puts it, in addition to what was moved before. Not while
+  /// others read.
+  void move_source(size_t source, double east_m, double north_m);
 
  private:
   struct Impl;

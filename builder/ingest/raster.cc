@@ -79,7 +79,8 @@ OGRSpatialReference zone_crs(const tiles::Zone& zone) {
 }
 
 HandlePool::Handle& HandlePool::of(const Raster& raster) {
-  std::list<Handle>& mine = handles_.local();
+  OfThread& of_thread = of_thread_.local();
+  std::list<Handle>& mine = of_thread.handles;
   const auto known = std::find_if(mine.begin(), mine.end(), [&](const Handle& h) { return h.raster == &raster; });
   if (known != mine.end()) {
     mine.splice(mine.begin(), mine, known);
@@ -90,6 +91,7 @@ HandlePool::Handle& HandlePool::of(const Raster& raster) {
   handle.raster = &raster;
   handle.dataset = raster.open();
   handle.source_from_grid = raster.transformation(false);
+  handle.scratch = &of_thread.scratch;
   mine.push_front(std::move(handle));
   return mine.front();
 }
@@ -304,8 +306,8 @@ void Raster::find_gsd() {
 void Raster::source_from_grid(OGRCoordinateTransformation& transformation, double gsd_m, int count, double* x,
                               double* y) const {
   for (int i = 0; i < count; ++i) {
-    x[i] *= gsd_m;
-    y[i] *= -gsd_m;
+    x[i] = x[i] * gsd_m - moved_east_m_;
+    y[i] = -y[i] * gsd_m - moved_north_m_;
   }
   transform(transformation, count, x, y);
   const double centre = geotransform_[0] + 0.5 * width_ * geotransform_[1];
@@ -318,14 +320,15 @@ void Raster::source_from_grid(OGRCoordinateTransformation& transformation, doubl
 
 /// Source coordinates of all pixels of the window, into the handle.
 std::vector<Raster::Part> Raster::locate(HandlePool::Handle& handle, const PixelWindow& window) const {
-  handle.x.create(int(window.height), int(window.width), CV_64FC1);
-  handle.y.create(int(window.height), int(window.width), CV_64FC1);
+  cv::Mat &to_x = handle.scratch->x, &to_y = handle.scratch->y;
+  to_x.create(int(window.height), int(window.width), CV_64FC1);
+  to_y.create(int(window.height), int(window.width), CV_64FC1);
   const PointFunction exact = [&](int count, double* x, double* y) {
     source_from_grid(*handle.source_from_grid, window.gsd_m, count, x, y);
   };
   std::vector<Part> parts;
   for_each_cell(window, [&](const Cell& cell, const cv::Rect& rect) {
-    evaluate_in_cell(exact, kTolerance, window, cell, rect, handle.x, handle.y);
+    evaluate_in_cell(exact, kTolerance, window, cell, rect, to_x, to_y);
     // How far one step east and one step south go in the source, at the middle of the cell: the same for every window.
     const double column = double(cell.column + cell.side / 2), row = double(cell.row + cell.side / 2);
     double x[] = {column, column + 1, column}, y[] = {row, row, row + 1};
@@ -370,14 +373,14 @@ bool Raster::read(HandlePool::Handle& handle, const cv::Rect& s) const {
   const GdalMessages messages;
   GDALDataset& dataset = *handle.dataset;
   const int count = int(channels_.bands.size());
-  cv::Mat& pixels = handle.pixels;
+  cv::Mat &pixels = handle.scratch->pixels, &valid = handle.scratch->valid;
   pixels.create(s.height, s.width, channels_.type);
   const GSpacing pixel_bytes = GSpacing(pixels.elemSize()), channel_bytes = GSpacing(pixels.elemSize1());
   std::vector<int> bands = channels_.bands;
   bool good = dataset.RasterIO(GF_Read, s.x, s.y, s.width, s.height, pixels.data, s.width, s.height,
                                channels_.type == CV_32FC1 ? GDT_Float32 : GDT_Byte, count, bands.data(), pixel_bytes,
                                GSpacing(pixels.step[0]), channel_bytes, nullptr) == CE_None;
-  handle.valid.release();
+  valid.release();
   if (good && (channels_.mask == Channels::Mask::kBand || channels_.mask == Channels::Mask::kAlpha)) {
     GDALRasterBand* band = channels_.mask == Channels::Mask::kAlpha
                                ? dataset.GetRasterBand(channels_.alpha)
@@ -385,7 +388,7 @@ bool Raster::read(HandlePool::Handle& handle, const cv::Rect& s) const {
     cv::Mat mask(s.height, s.width, CV_8UC1);
     good = band->RasterIO(GF_Read, s.x, s.y, s.width, s.height, mask.data, s.width, s.height, GDT_Byte, 1,
                           GSpacing(mask.step[0]), nullptr) == CE_None;
-    handle.valid = mask >= (channels_.mask == Channels::Mask::kAlpha ? kOpaque : 1);
+    valid = mask >= (channels_.mask == Channels::Mask::kAlpha ? kOpaque : 1);
   }
   // A damaged JPEG block is a mere warning to GDAL, and gray pixels.
   const bool damaged = messages.text().find("JPEG") != std::string::npos;
@@ -396,20 +399,21 @@ bool Raster::read(HandlePool::Handle& handle, const cv::Rect& s) const {
                     "compare it with its source, or try gdalinfo -checksum",
                     path_, s.x, s.x + s.width - 1, s.y, s.y + s.height - 1, cause(messages)));
   }
-  if (!channels_.nodata.empty()) restrict(handle.valid, ~equal_pixels(pixels, channels_.nodata));
+  if (!channels_.nodata.empty()) restrict(valid, ~equal_pixels(pixels, channels_.nodata));
   if (channels_.type == CV_32FC1) {
-    restrict(handle.valid, pixels == pixels);  // NaN equals nothing
-    pixels.setTo(0, ~handle.valid);
+    restrict(valid, pixels == pixels);  // NaN equals nothing
+    pixels.setTo(0, ~valid);
   }
-  if (handle.valid.empty()) return true;
-  const int with_data = cv::countNonZero(handle.valid);
-  if (with_data == s.area()) handle.valid.release();
+  if (valid.empty()) return true;
+  const int with_data = cv::countNonZero(valid);
+  if (with_data == s.area()) valid.release();
   return with_data > 0;
 }
 
 int64_t Raster::fill_part(HandlePool::Handle& handle, const std::vector<Part>& parts, const cv::Rect& rect,
                           cv::Mat& pixels, cv::Mat& valid) const {
-  const auto source = source_window(handle.x(rect), handle.y(rect), parts);
+  const HandlePool::Scratch& scratch = *handle.scratch;
+  const auto source = source_window(scratch.x(rect), scratch.y(rect), parts);
   if (!source) return 0;
   const int64_t patch = int64_t(source->width) * source->height;
   if (patch > kLargestPatch && rect.area() > 1) {
@@ -427,13 +431,20 @@ int64_t Raster::fill_part(HandlePool::Handle& handle, const std::vector<Part>& p
                                 patch));
   }
   if (!read(handle, *source)) return 0;
-  const Patch piece{handle.pixels, handle.valid, source->x, source->y};
+  const Patch piece{scratch.pixels, scratch.valid, source->x, source->y};
   int64_t filled = 0;
   for (const Part& part : parts) {
     const cv::Rect r = part.rect & rect;
-    if (!r.empty()) filled += resample(piece, handle.x(r), handle.y(r), part.reduction, pixels(r), valid(r));
+    if (!r.empty()) filled += resample(piece, scratch.x(r), scratch.y(r), part.reduction, pixels(r), valid(r));
   }
   return filled;
+}
+
+void Raster::move(double east_m, double north_m) {
+  moved_east_m_ += east_m;
+  moved_north_m_ += north_m;
+  bounds_ = {bounds_.west_m + east_m, bounds_.south_m + north_m, bounds_.east_m + east_m, bounds_.north_m + north_m};
+  for (cv::Point2d& p : outline_) p += cv::Point2d(east_m, north_m);
 }
 
 bool Raster::may_touch(const GridBounds& b) const {

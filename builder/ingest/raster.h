@@ -24,11 +24,15 @@ class Raster;
 /// Threads keep their own because datasets inside a VRT are shared by all VRTs of the thread that opened them.
 class HandlePool {
  public:
+  /// Kept to save allocations; one per thread, since a window's worth is tens of megabytes.
+  struct Scratch {
+    cv::Mat x, y, pixels, valid;
+  };
   struct Handle {
     const Raster* raster = nullptr;
     GDALDatasetUniquePtr dataset;
     std::unique_ptr<OGRCoordinateTransformation> source_from_grid;
-    cv::Mat x, y, pixels, valid;  ///< kept to save allocations
+    Scratch* scratch = nullptr;  ///< shared by all handles of the thread
   };
 
   /// This thread's handle of a raster; valid until its next call.
@@ -36,7 +40,11 @@ class HandlePool {
 
  private:
   static constexpr size_t kPerThread = 16;
-  tbb::enumerable_thread_specific<std::list<Handle>> handles_;
+  struct OfThread {
+    std::list<Handle> handles;
+    Scratch scratch;
+  };
+  tbb::enumerable_thread_specific<OfThread> of_thread_;
 };
 
 /// What is read of a raster: its channels and what tells where they have data.
@@ -80,6 +88,9 @@ class Raster {
   double gsd_m() const { return gsd_m_; }
   const std::vector<cv::Point2d>& outline() const { return outline_; }  ///< densified, on the grid, not closed
 
+  /// Moves the raster on the grid, in addition to what was moved before.
+  void move(double east_m, double north_m);
+
   /// Whether the raster may have data in `b`: by bounds, generously.
   bool may_touch(const GridBounds& b) const;
 
@@ -121,6 +132,7 @@ class Raster {
   GridBounds bounds_;
   std::vector<cv::Point2d> outline_;
   double gsd_m_ = 0;
+  double moved_east_m_ = 0, moved_north_m_ = 0;
 };
 
 /// A CRS as WKT2.

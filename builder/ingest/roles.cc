@@ -11,11 +11,7 @@
 namespace landfix::ingest {
 namespace {
 
-constexpr std::array<std::pair<const char*, BandRole>, 5> kNames = {{{"gray", BandRole::kGray},
-                                                                     {"red", BandRole::kRed},
-                                                                     {"green", BandRole::kGreen},
-                                                                     {"blue", BandRole::kBlue},
-                                                                     {"nir", BandRole::kNir}}};
+constexpr std::array kRoles = {BandRole::kGray, BandRole::kRed, BandRole::kGreen, BandRole::kBlue, BandRole::kNir};
 
 using Assignment = std::vector<std::pair<BandRole, int>>;
 
@@ -51,12 +47,12 @@ BandLayout layout_from_text(const std::string& path, const std::string& text, in
       alpha = i + 1;
       continue;
     }
-    const auto known = std::find_if(kNames.begin(), kNames.end(), [&](const auto& k) { return k.first == name; });
-    if (known == kNames.end()) throw refuse(fmt::format("\"{}\" is no band", name));
-    if (std::any_of(assignment.begin(), assignment.end(), [&](const auto& a) { return a.first == known->second; })) {
+    const auto known = std::find_if(kRoles.begin(), kRoles.end(), [&](BandRole role) { return name_of(role) == name; });
+    if (known == kRoles.end()) throw refuse(fmt::format("\"{}\" is no band", name));
+    if (std::any_of(assignment.begin(), assignment.end(), [&](const auto& a) { return a.first == *known; })) {
       throw refuse(fmt::format("{} is named twice", name));
     }
-    assignment.emplace_back(known->second, i + 1);
+    assignment.emplace_back(*known, i + 1);
   }
   if (assignment.empty()) throw refuse("no band is left");
   if (assignment.size() > 4) throw refuse("more than four bands");
@@ -114,13 +110,6 @@ BandLayout layout_from_file(GDALDataset& dataset, const std::string& path) {
 }
 
 }  // namespace
-
-const char* name_of(BandRole role) {
-  for (const auto& [name, known] : kNames) {
-    if (known == role) return name;
-  }
-  return "";
-}
 
 BandLayout band_layout(GDALDataset& dataset, const std::string& path, const std::string& text, ExitCode code) {
   if (text.empty()) return layout_from_file(dataset, path);

@@ -90,8 +90,9 @@ struct Taps {
     const int last = int(std::ceil(centre - 0.5 + radius)) - 1;
     weights.resize(size_t(std::max(0, last - first + 1)));
     total = 0;
+    const double inverse = 1 / radius;
     for (size_t i = 0; i < weights.size(); ++i) {
-      weights[i] = 1 - std::abs(double(first + int(i)) + 0.5 - centre) / radius;
+      weights[i] = 1 - std::abs(double(first + int(i)) + 0.5 - centre) * inverse;
       total += weights[i];
     }
   }
@@ -128,17 +129,20 @@ class Triangle {
 
  private:
   void add_row(const Patch& p, int row, double row_weight, std::array<double, kChannels>& sum, double& total) const {
-    const T* pixels = p.pixels.ptr<T>(row);
-    const uchar* valid = p.valid.empty() ? nullptr : p.valid.ptr<uchar>(row);
     const int begin = std::max(0, -columns_.first);
     const int end = std::min(int(columns_.weights.size()), p.pixels.cols - columns_.first);
-    for (int i = begin; i < end; ++i) {
-      const int column = columns_.first + i;
-      if (valid && !valid[column]) continue;
-      const double weight = row_weight * columns_.weights[size_t(i)];
-      for (int c = 0; c < kChannels; ++c) sum[c] += weight * pixels[column * kChannels + c];
-      total += weight;
+    const T* pixel = p.pixels.ptr<T>(row) + (columns_.first + begin) * kChannels;
+    const uchar* valid = p.valid.empty() ? nullptr : p.valid.ptr<uchar>(row) + columns_.first;
+    std::array<double, kChannels> row_sum{};  // apart, so that the row's weight is multiplied once
+    double row_total = 0;
+    for (int i = begin; i < end; ++i, pixel += kChannels) {
+      if (valid && !valid[i]) continue;
+      const double weight = columns_.weights[size_t(i)];
+      for (int c = 0; c < kChannels; ++c) row_sum[c] += weight * pixel[c];
+      row_total += weight;
     }
+    for (int c = 0; c < kChannels; ++c) sum[c] += row_weight * row_sum[c];
+    total += row_weight * row_total;
   }
 
   double radius_x_, radius_y_;

@@ -12,7 +12,9 @@ class Gray final : public RasterLayer {
   const LayerInfo& info() const override { return info_; }
 
   TileData compute(const SourceWindow& window, const tiles::TileIndex& tile) const override {
-    return {newest(window.images, pixels_of(tile, window.rect.level), 1)};
+    const Newest shown = cut(window.gray, window.rect, pixels_of(tile, window.rect.level));
+    if (shown.pixels.empty()) return {};
+    return {.pixels = shown.pixels.clone(), .epochs = epochs_in(shown, {{}, shown.pixels.size()})};
   }
 
   TileData reduce(const std::array<TileData, 4>& children) const override { return mean_of_children(children); }

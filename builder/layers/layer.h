@@ -4,8 +4,11 @@
 #include <array>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "builder/ingest/image_set.h"
+#include "builder/layers/window.h"
 #include "runtime/features/grid_image.h"
 #include "tiles/codec.h"
 #include "tiles/grid.h"
@@ -22,7 +25,8 @@ enum class Input : uint8_t {
 
 enum class LevelRule : uint8_t {
   kFromChildren,  ///< a coarser tile is `reduce` of its four children
-  kFromSource,    ///< every level is `compute` of a window resampled to its GSD; `base_offset` must be 0
+  kFromSource,    ///< every level is `compute` of a window of that level: the epochs halved again and again, each pixel
+                  ///< the mean of 2x2 (see stack.h); `base_offset` must be 0
 };
 
 struct LayerInfo {
@@ -34,19 +38,24 @@ struct LayerInfo {
   LevelRule level_rule = LevelRule::kFromChildren;
   int base_offset = 0;  ///< levels between the window and the finest tiles made of it, 0 to kBlockLog2
   int halo_px = 0;      ///< pixels of the window that `compute` wants around a tile
+  int min_epochs = 1;   ///< made only where the images show at least so many
+  std::vector<std::pair<std::string, std::string>> parameters = {};  ///< what decides about it, for the manifest
 };
 
 /// The sources in a rectangle of pixels of one level: at least all data of the tile asked for, with the layer's halo.
 struct SourceWindow {
   tiles::PixelRect rect;
   ingest::Stack images;         ///< of `rect`; without epochs where there are no images
+  Newest gray;                  ///< of `images`, one channel, at the pixels of `rect`: several layers begin with it
   features::GridImage heights;  ///< of `rect`, CV_32FC1 metres above the ellipsoid; empty pixels: no elevation
 };
 
-/// 256x256 decoded pixels of the layer's format (CV_8UC(channels) or CV_16SC1); empty where there is no data at all.
+/// 256x256 decoded pixels of the layer's format (CV_8UC(channels), CV_16SC1, or CV_8UC1 of 32 columns: bit planes one
+/// below the other); empty where there is no data at all.
 struct TileData {
   cv::Mat pixels;
   float value_offset = 0, value_step = 0;  ///< of i16 pixels: value = offset + step * pixel
+  std::vector<uint16_t> epochs = {};       ///< indices in ImageSet::epochs() of what went into it, ascending
   bool empty() const { return pixels.empty(); }
 };
 

@@ -36,8 +36,9 @@ cv::Mat box_mean_of(const cv::Mat& image, int side) {
 }  // namespace
 
 cv::Mat box_mean(const cv::Mat& image, int side) {
-  CV_Assert(image.type() == CV_8UC1 || image.type() == CV_8UC3);
-  return image.channels() == 1 ? box_mean_of<1>(image, side) : box_mean_of<3>(image, side);
+  CV_Assert(image.depth() == CV_8U && image.channels() <= 3);
+  if (image.channels() == 1) return box_mean_of<1>(image, side);
+  return image.channels() == 2 ? box_mean_of<2>(image, side) : box_mean_of<3>(image, side);
 }
 
 cv::Rect quadrant_region(int quadrant) {
@@ -55,7 +56,7 @@ TileData mean_of_children(const std::array<TileData, 4>& children) {
   }
   if (mosaic.empty()) return {};
   const cv::Mat pixels = box_mean(mosaic, 2);
-  return cv::countNonZero(pixels.reshape(1)) ? TileData{pixels} : TileData{};
+  return cv::countNonZero(pixels.reshape(1)) ? TileData{.pixels = pixels} : TileData{};
 }
 
 }  // namespace landfix::layers

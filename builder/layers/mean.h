@@ -7,7 +7,7 @@
 
 namespace landfix::layers {
 
-/// Every `side`x`side` pixels of a CV_8UC1 or CV_8UC3 image become their mean, rounded half up, over those with data
+/// Every `side`x`side` pixels of a CV_8UC(1-3) image become their mean, rounded half up, over those with data
 /// (not 0 in all channels). There is data where at least half of them have some; it is never 0 in all channels.
 cv::Mat box_mean(const cv::Mat& image, int side);
 

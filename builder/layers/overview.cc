@@ -11,10 +11,11 @@ class Overview final : public RasterLayer {
   const LayerInfo& info() const override { return info_; }
 
   TileData compute(const SourceWindow& window, const tiles::TileIndex& tile) const override {
-    const cv::Mat fine = newest(window.images, pixels_of(tile, window.rect.level), 3);
-    if (fine.empty()) return {};
-    const cv::Mat pixels = box_mean(fine, 1 << info_.base_offset);
-    return cv::countNonZero(pixels.reshape(1)) ? TileData{pixels} : TileData{};
+    Newest fine = newest(window.images, pixels_of(tile, window.rect.level), 3);
+    if (fine.pixels.empty()) return {};
+    const cv::Mat pixels = box_mean(fine.pixels, 1 << info_.base_offset);
+    if (cv::countNonZero(pixels.reshape(1)) == 0) return {};
+    return {.pixels = pixels, .epochs = std::move(fine.epochs)};
   }
 
   TileData reduce(const std::array<TileData, 4>& children) const override { return mean_of_children(children); }

@@ -4,9 +4,8 @@ namespace landfix::layers {
 
 std::span<const RasterLayer* const> registry() {
   static const RasterLayer* const kLayers[] = {
-      &gray_layer(),
-      &overview_layer(),
-      &height_layer(),
+      &gray_layer(),        &overview_layer(),  &edge_layer(),   &contour_layer(),
+      &orientation_layer(), &agreement_layer(), &height_layer(),
   };
   return kLayers;
 }

@@ -16,6 +16,10 @@ const RasterLayer* find(std::string_view name);
 // One file per layer.
 const RasterLayer& gray_layer();
 const RasterLayer& overview_layer();
+const RasterLayer& edge_layer();
+const RasterLayer& contour_layer();
+const RasterLayer& orientation_layer();
+const RasterLayer& agreement_layer();
 const RasterLayer& height_layer();
 
 }  // namespace landfix::layers

@@ -56,18 +56,21 @@ cv::Mat brightness(const ingest::Epoch& epoch, const cv::Mat& bands) {
   return mean;
 }
 
-// Copies the epoch's data to the pixels of `out` that have none yet; returns how many it filled.
+// Copies the epoch's data to the pixels of `out` that have no owner yet; returns how many it filled.
 template <int kChannels>
-int fill(const cv::Mat& shown, const cv::Mat& valid, cv::Mat out) {
+int fill(const cv::Mat& shown, const cv::Mat& valid, uint16_t number, cv::Mat out, cv::Mat owner) {
   int filled = 0;
   for (int y = 0; y < out.rows; ++y) {
     const uint8_t* mask = valid.ptr<uint8_t>(y);
     const uint8_t* from = shown.ptr<uint8_t>(y);
     uint8_t* to = out.ptr<uint8_t>(y);
+    uint16_t* owned = owner.ptr<uint16_t>(y);
     for (int x = 0; x < out.cols; ++x, from += kChannels, to += kChannels) {
-      if (!mask[x] || std::any_of(to, to + kChannels, [](uint8_t v) { return v != 0; })) continue;
-      const bool black = std::all_of(from, from + kChannels, [](uint8_t v) { return v == 0; });
-      for (int c = 0; c < kChannels; ++c) to[c] = black ? uint8_t(1) : from[c];
+      if (!mask[x] || owned[x]) continue;
+      uint8_t any = 0;
+      for (int c = 0; c < kChannels; ++c) any |= from[c];
+      for (int c = 0; c < kChannels; ++c) to[c] = any ? from[c] : uint8_t(1);
+      owned[x] = number;
       ++filled;
     }
   }
@@ -94,20 +97,57 @@ cv::Rect region_of(const tiles::PixelRect& inner, const tiles::PixelRect& outer)
   return {int(inner.column - outer.column), int(inner.row - outer.row), int(inner.width), int(inner.height)};
 }
 
-cv::Mat newest(const ingest::Stack& stack, const tiles::PixelRect& rect, int channels) {
+tiles::PixelRect grown(const tiles::PixelRect& r, int px) {
+  return {r.level, r.column - px, r.row - px, r.width + 2 * px, r.height + 2 * px};
+}
+
+Newest newest(const ingest::Stack& stack, const tiles::PixelRect& rect, int channels) {
   const tiles::PixelRect common = intersection(rect, stack.rect);
-  if (common.width == 0) return {};
-  cv::Mat out(int(rect.height), int(rect.width), CV_8UC(channels), cv::Scalar::all(0));
-  const cv::Mat part = out(region_of(common, rect));
+  if (common.width == 0 || stack.epochs.empty()) return {};
+  Newest out{cv::Mat(int(rect.height), int(rect.width), CV_8UC(channels), cv::Scalar::all(0)),
+             cv::Mat(int(rect.height), int(rect.width), CV_16UC1, cv::Scalar(0)),
+             {}};
+  const cv::Mat part = out.pixels(region_of(common, rect)), owner = out.owner(region_of(common, rect));
   const cv::Rect region = region_of(common, stack.rect);
   int filled = 0;
   for (const ingest::Epoch& epoch : stack.epochs) {
     const cv::Mat bands = epoch.bands(region), valid = epoch.valid(region);
-    filled +=
-        channels == 1 ? fill<1>(brightness(epoch, bands), valid, part) : fill<3>(colours(epoch, bands), valid, part);
+    if (cv::countNonZero(valid) == 0) continue;
+    const auto number = uint16_t(out.epochs.size() + 1);
+    const int added = channels == 1 ? fill<1>(brightness(epoch, bands), valid, number, part, owner)
+                                    : fill<3>(colours(epoch, bands), valid, number, part, owner);
+    if (added > 0) out.epochs.push_back(uint16_t(epoch.index));
+    filled += added;
     if (filled == part.rows * part.cols) break;
   }
-  return filled ? out : cv::Mat();
+  return filled ? out : Newest{};
+}
+
+Newest cut(const Newest& newest, const tiles::PixelRect& rect, const tiles::PixelRect& part) {
+  const tiles::PixelRect common = intersection(part, rect);
+  if (newest.pixels.empty() || common.width == 0) return {};
+  const cv::Rect from = region_of(common, rect), to = region_of(common, part);
+  if (cv::countNonZero(newest.owner(from)) == 0) return {};
+  if (common == part) return {newest.pixels(from), newest.owner(from), newest.epochs};
+  const cv::Size size(int(part.width), int(part.height));
+  Newest out{cv::Mat::zeros(size, newest.pixels.type()), cv::Mat::zeros(size, CV_16UC1), newest.epochs};
+  newest.pixels(from).copyTo(out.pixels(to));
+  newest.owner(from).copyTo(out.owner(to));
+  return out;
+}
+
+void for_each_epoch(const Newest& newest, const std::function<void(const cv::Mat& mask)>& visit) {
+  for (size_t i = 0; i < newest.epochs.size(); ++i) {
+    const cv::Mat mask = newest.owner == int(i + 1);
+    if (cv::countNonZero(mask) > 0) visit(mask);
+  }
+}
+
+std::vector<uint16_t> epochs_in(const Newest& newest, const cv::Rect& region) {
+  std::vector<uint16_t> out;
+  for (size_t i = 0; i < newest.epochs.size(); ++i)
+    if (cv::countNonZero(newest.owner(region) == int(i + 1)) > 0) out.push_back(newest.epochs[i]);
+  return out;
 }
 
 }  // namespace landfix::layers

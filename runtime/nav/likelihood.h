@@ -26,7 +26,7 @@ struct Likelihood {
 /// error of the position (separable), normalised to mean 1 over the n valid positions of the surface and mixed with
 /// outliers:
 ///   p(y|x) = (1 − ε) n L/ΣL + ε, ε beyond the surface, 1 where the surface is not valid (Conte 2009 eq. 5.25).
-/// `surface`: from Matcher::match. Buffers of `likelihood` are reused.
+/// `surface`: from Ncc::match. Buffers of `likelihood` are reused.
 /// Errors: kNotFinite, kBadValue (options), kBadImage (surface not CV_32F), kOutsideMap (nothing valid), kInternal.
 Status likelihood_from_ncc(const features::GridImage& surface, const LikelihoodOptions& options,
                            Likelihood& likelihood);

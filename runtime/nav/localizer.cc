@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "runtime/nav/likelihood.h"
-#include "runtime/nav/ncc.h"
 #include "runtime/nav/rectify.h"
 
 namespace landfix::nav {
@@ -13,18 +12,27 @@ namespace {
 
 constexpr int kMinTemplatePx =
     32;  ///< no coarser level is taken for the sake of a wide search if it made the template smaller
-constexpr int kMainLobePx = 6;            ///< radius around the peak within which no rival is looked for
 constexpr double kFinerThanCamera = 0.7;  ///< a map level may be finer than the camera by this factor
 constexpr double kAttitudeSearchSigmas = 4;
 
 bool valid(const LocalizerOptions& o) {
-  for (double v :
-       {o.attitude_sigma_rad, o.attitude_bias_sigma_rad, o.map_bias_sigma_m, o.change_sigma_m, o.independent_fraction})
+  for (double v : {o.attitude_sigma_rad, o.attitude_bias_sigma_rad, o.map_bias_sigma_m, o.change_sigma_m,
+                   o.feature_sigma_m, o.heading_sigma_rad, o.height_sigma_m, o.independent_fraction})
     if (!(v >= 0 && std::isfinite(v))) return false;
   return o.min_pixels_per_residual > 0 && o.outlier_probability > 0 && o.outlier_probability <= 1 &&
          o.min_coverage > 0 && o.min_coverage <= 1 && o.search_tail_probability > 0 &&
          o.search_tail_probability < 0.5 && o.min_search_px >= 0 && o.max_template_px >= kMinTemplatePx &&
          o.max_window_px >= o.max_template_px + 2 * o.min_search_px;
+}
+
+RegistrationOptions registration_options(const LocalizerOptions& o) {
+  RegistrationOptions r;
+  r.method = o.method;
+  r.gate = o.gate;
+  r.min_coverage = o.min_coverage;
+  r.max_window_px = o.max_window_px;
+  r.outlier_probability = o.outlier_probability;
+  return r;
 }
 
 /// Positions to be tried: what the filter believes, widened by what the attitude shifts.
@@ -38,13 +46,16 @@ struct Search {
 
 struct Localizer::State {
   State(const MapSource& source, const LocalizerOptions& o)
-      : map(source), options(o), filter(o.filter), matcher(o.min_coverage) {}
+      : map(source), options(o), filter(o.filter), registrar(source, registration_options(o)) {}
 
   Status take(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m, Fix& fix);
+  std::pair<double, double> gsd_range_m() const;
   Status choose_search(const Camera& camera, const Attitude& attitude, double height_above_ground_m,
                        Search& search) const;
-  Status correlate(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_above_ground_m,
-                   const Search& search);
+  Status match(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_above_ground_m,
+               const Search& search);
+  Status check_age(const Search& search, Fix& fix) const;
+  void describe(double ground_height_m, Fix& fix) const;
   /// One sigma per axis of what roll and pitch shift on the ground, `share` of the white noise's variance counted.
   double attitude_error_m(double height_above_ground_m, double share = 1) const {
     return std::hypot(options.attitude_sigma_rad * std::sqrt(share), options.attitude_bias_sigma_rad) *
@@ -58,14 +69,18 @@ struct Localizer::State {
     covariance[3] += variance;
   }
   /// From the correlation surface to the likelihood that the filter takes in, and the record of the image.
-  Status weigh(const Peak& peak, const Search& search, double height_above_ground_m, Fix& fix);
-  double change_error_m(double ncc) const { return options.change_sigma_m * (1 - std::clamp(ncc, 0.0, 1.0)); }
+  Status weigh(const Search& search, double height_above_ground_m, Fix& fix);
+  double change_error_m() const {
+    if (registration.method != Method::kGray) return options.feature_sigma_m;
+    return options.change_sigma_m * (1 - std::clamp(registration.peak.value, 0.0, 1.0));
+  }
 
   const MapSource& map;
   LocalizerOptions options;
   PointMassFilter filter;
-  Matcher matcher;
-  features::GridImage patch, window, surface;
+  Registrar registrar;
+  Registration registration;
+  features::GridImage patch;
   Likelihood likelihood;
   bool matched_before = false;  ///< since the start
   double flown_since_match_m = 0;
@@ -73,13 +88,20 @@ struct Localizer::State {
   double change_variance_m2 = 0;  ///< per axis, of the images that made the estimate
 };
 
+/// Of the layer that is matched first.
+std::pair<double, double> Localizer::State::gsd_range_m() const {
+  if (options.method) return map.gsd_range_m(layer_of(*options.method));
+  const std::pair<double, double> range = map.gsd_range_m(MapLayer::kOrientation);
+  return range.first > 0 ? range : map.gsd_range_m(MapLayer::kGray);
+}
+
 /// The finest level that serves the camera and keeps template and window within their limits.
 Status Localizer::State::choose_search(const Camera& camera, const Attitude& attitude, double height_above_ground_m,
                                        Search& search) const {
   cv::Point2d reach_m;
   if (const Status s = footprint_reach(camera, attitude, height_above_ground_m, reach_m); s != Status::kOk) return s;
-  const auto [finest, coarsest] = map.gsd_range_m();
-  if (!(finest > 0 && coarsest >= finest)) return Status::kMapError;
+  const auto [finest, coarsest] = gsd_range_m();
+  if (!(finest > 0 && coarsest >= finest)) return Status::kNoLayer;
   const double template_m = 2 * std::max(reach_m.x, reach_m.y),
                camera_gsd_m = height_above_ground_m / std::max(camera.fx, camera.fy);
   const PointMassFilter::Bounds b = filter.bounds(options.search_tail_probability);
@@ -104,35 +126,44 @@ Status Localizer::State::choose_search(const Camera& camera, const Attitude& att
   return Status::kOk;
 }
 
-Status Localizer::State::correlate(const cv::Mat& image, const Camera& camera, const Attitude& attitude,
-                                   double height_above_ground_m, const Search& search) {
+/// Refuses a map that is too old for the policy. Without a policy the age is told where it is known.
+Status Localizer::State::check_age(const Search& search, Fix& fix) const {
   const PointMassFilter::Bounds& r = search.region;
-  Status status = rectify(image, camera, attitude, height_above_ground_m, search.gsd_m, patch);
-  if (status != Status::kOk) return status;
-  const double patch_east_m = patch.west_m + patch.pixels.cols * patch.gsd_m;
-  const double patch_south_m = patch.north_m - patch.pixels.rows * patch.gsd_m;
-  status = map.read_gray(r.west_m + patch.west_m, r.south_m + patch_south_m, r.east_m + patch_east_m,
-                         r.north_m + patch.north_m, search.gsd_m, window);
-  if (status != Status::kOk) return status;
-  if (window.gsd_m != search.gsd_m) return Status::kMapError;
-  features::lift_shade(patch, options.shade);
-  features::lift_shade(window, options.shade);
-  return matcher.match(patch, window, surface);
+  const std::optional<CaptureDays> days = map.capture_days(r.west_m, r.south_m, r.east_m, r.north_m);
+  if (days && options.today) fix.map_age_days = *options.today - days->oldest;
+  if (!options.max_map_age_days) return Status::kOk;
+  return fix.map_age_days && *fix.map_age_days <= *options.max_map_age_days ? Status::kOk : Status::kMapTooOld;
 }
 
-Status Localizer::State::weigh(const Peak& peak, const Search& search, double above_m, Fix& fix) {
+Status Localizer::State::match(const cv::Mat& image, const Camera& camera, const Attitude& attitude,
+                               double height_above_ground_m, const Search& search) {
+  const Status status = rectify(image, camera, attitude, height_above_ground_m, search.gsd_m, patch);
+  if (status != Status::kOk) return status;
+  const PointMassFilter::Bounds& r = search.region;
+  RegistrationPrior prior;
+  prior.east_m = 0.5 * (r.west_m + r.east_m);
+  prior.north_m = 0.5 * (r.south_m + r.north_m);
+  const double x = 0.5 * (r.east_m - r.west_m) / prior.sigmas, y = 0.5 * (r.north_m - r.south_m) / prior.sigmas;
+  prior.covariance_m2 = {x * x, 0, 0, y * y};
+  prior.heading_sigma_rad = options.heading_sigma_rad;
+  prior.scale_sigma = options.height_sigma_m / height_above_ground_m;
+  registrar.run(patch, prior, registration);
+  return registration.status;
+}
+
+Status Localizer::State::weigh(const Search& search, double above_m, Fix& fix) {
   const double pixels = cv::countNonZero(patch.valid), side_m = std::sqrt(pixels) * search.gsd_m;
   const double independent_m = options.independent_fraction * side_m;
   fix.weight = matched_before && flown_since_match_m < independent_m ? flown_since_match_m / independent_m : 1;
-  const double change_m = change_error_m(peak.value);
+  const double change_m = change_error_m();
   // The attitude's white noise is new in every image, however much of the ground is not: of its variance only as much
   // may count as the tempering, which divides by the weight, restores. Half a cell and half a pixel: no peak may be
   // narrower than what either grid can show.
   const double sigma_m = std::hypot(std::hypot(attitude_error_m(above_m, fix.weight), change_m),
-                                    std::hypot(0.5 * search.gsd_m, 0.5 * filter.cell_m()));
-  const double independent_pixels = std::min(matcher.independent_pixels(), pixels / options.min_pixels_per_residual);
+                                    std::hypot(0.5 * registration.gsd_m, 0.5 * filter.cell_m()));
+  const double independent_pixels = std::min(registration.evidence.independent_pixels, pixels / options.min_pixels_per_residual);
   const LikelihoodOptions o{independent_pixels, sigma_m, options.outlier_probability};
-  if (const Status s = likelihood_from_ncc(surface, o, likelihood); s != Status::kOk) return s;
+  if (const Status s = likelihood_from_ncc(registration.surface, o, likelihood); s != Status::kOk) return s;
   if (!search.whole) likelihood.outside = 1;  // what was not searched is not excluded
 
   fix.covariance_m2 = covariance_m2(likelihood);
@@ -141,6 +172,22 @@ Status Localizer::State::weigh(const Peak& peak, const Search& search, double ab
   fix.covariance_m2[3] += (1 - fix.weight) * left_out_m * left_out_m;
   add_bias(above_m, change_m * change_m, fix.covariance_m2);
   return temper(fix.weight, likelihood);
+}
+
+/// What the registration found, as the record of the image.
+void Localizer::State::describe(double ground_height_m, Fix& fix) const {
+  const Peak& peak = registration.peak;
+  fix.east_m = peak.east_m;
+  fix.north_m = peak.north_m;
+  fix.covariance_m2 = registration.covariance_m2;
+  fix.probability = registration.probability;
+  fix.method = registration.method;
+  fix.score = peak.value;
+  fix.ambiguity = peak.value > 0 ? std::clamp((peak.value - peak.gap) / peak.value, 0.0, 1.0) : 1;
+  fix.rotation_rad = registration.similarity.rotation_rad;
+  fix.rotation_sigma_rad = registration.rotation_sigma_rad;
+  fix.ground_height_m = ground_height_m;
+  fix.gsd_m = registration.gsd_m;
 }
 
 Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
@@ -154,27 +201,22 @@ Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const 
 
   Search search;
   if (const Status s = choose_search(camera, attitude, above_m, search); s != Status::kOk) return s;
-  if (const Status s = correlate(image, camera, attitude, above_m, search); s != Status::kOk) return s;
-  Peak peak;
-  if (const Status s = find_peak(surface, kMainLobePx, peak); s != Status::kOk) return s;
-
-  if (const Status s = weigh(peak, search, above_m, fix); s != Status::kOk) return s;
+  if (const Status s = check_age(search, fix); s != Status::kOk) return s;
+  const Status matched = match(image, camera, attitude, above_m, search);
+  if (matched != Status::kOk && matched != Status::kImprobable) return matched;
+  describe(*ground, fix);
+  if (matched != Status::kOk) return matched;
+  if (const Status s = weigh(search, above_m, fix); s != Status::kOk) return s;
   if (const Status s = filter.update(likelihood); s != Status::kOk) return s;
   // The image's error enters the estimate by the share of its uncertainty that the image took away.
   const auto trace = [](const PointMassFilter::Moments& m) { return m.covariance_m2[0] + m.covariance_m2[3]; };
   const double gain = std::clamp(1 - trace(filter.moments()) / trace(now), 0.0, 1.0),
-               change_m = change_error_m(peak.value);
+               change_m = change_error_m();
   change_variance_m2 += gain * (change_m * change_m - change_variance_m2);
 
   matched_before = true;
   flown_since_match_m = 0;
   last_height_m = above_m;
-  fix.east_m = peak.east_m;
-  fix.north_m = peak.north_m;
-  fix.ncc = peak.value;
-  fix.peak_gap = peak.gap;
-  fix.ground_height_m = *ground;
-  fix.gsd_m = search.gsd_m;
   return Status::kOk;
 }
 
@@ -200,13 +242,13 @@ Status Localizer::predict(double displacement_east_m, double displacement_north_
   return s;
 }
 
-Fix Localizer::update(const cv::Mat& gray_image, const Camera& camera, const Attitude& attitude, double height_m,
+Fix Localizer::update(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
                       double time_s) {
   const auto begin = std::chrono::steady_clock::now();
   Fix fix;
   fix.time_s = time_s;
   try {
-    fix.status = state_->take(gray_image, camera, attitude, height_m, fix);
+    fix.status = state_->take(image, camera, attitude, height_m, fix);
   } catch (...) {
     fix.status = Status::kInternal;
   }

@@ -4,11 +4,12 @@
 #include <array>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 
-#include "runtime/features/shade.h"
 #include "runtime/nav/camera.h"
 #include "runtime/nav/map_source.h"
 #include "runtime/nav/point_mass_filter.h"
+#include "runtime/nav/registration.h"
 #include "runtime/nav/status.h"
 
 namespace landfix::nav {
@@ -19,9 +20,19 @@ struct LocalizerOptions {
       0.00873;  ///< roll and pitch, independent from image to image (0.5°); heading is taken as exact
   double attitude_bias_sigma_rad = 0.0052;  ///< roll and pitch, constant in flight (0.3°): never averaged away
   double map_bias_sigma_m = 0.25;           ///< georegistration error of the map, per axis: never averaged away
-  /// How far changes since the map was made (what is left of turned shadows above all) pull a match aside: times
-  /// (1 − NCC), per axis. Neighbouring images share them, so they are never averaged away.
+  /// How far changes since the map was made (what is left of turned shadows above all) pull a match of gray values
+  /// aside: times (1 − NCC), per axis. Neighbouring images share them, so they are never averaged away.
   double change_sigma_m = 3;
+  /// The same for the other methods, per axis: their scores do not tell.
+  double feature_sigma_m = 1;
+  double heading_sigma_rad = 0;  ///< of the heading given; 0: exact, else rotation is searched
+  double height_sigma_m = 0;     ///< of the height above ground; 0: exact, else scale is searched
+
+  // The policy: what is refused before the filter sees it.
+  std::optional<Method> method;              ///< absent: chosen by what the region offers
+  Gate gate = Gate::kNone;                   ///< the filter weighs doubtful images itself; a gate keeps them out
+  std::optional<int> max_map_age_days;       ///< a region whose oldest image is older, or undated, is refused
+  std::optional<int> today;                  ///< days since 1970-01-01, for the map's age
 
   // The measurement.
   double outlier_probability = 0.02;  ///< of an image that says nothing about the position
@@ -29,7 +40,6 @@ struct LocalizerOptions {
       30;  ///< template pixels that share one independent residual, however fine the texture
   double independent_fraction = 0.25;  ///< of the footprint's side, to be flown until an image counts as wholly new
   double min_coverage = 0.5;           ///< of the template that must lie on the map
-  features::ShadeOptions shade;        ///< what another sun would move
 
   // The search.
   double search_tail_probability = 1e-4;  ///< of the filter that may lie beyond each side of the search region
@@ -42,15 +52,19 @@ struct LocalizerOptions {
 };
 
 /// What one image said. Everything but `status`, `time_s` and `processing_time_s` is meaningful only if `status` is
-/// kOk.
+/// kOk (or kImprobable: a match that the gate refused).
 struct Fix {
   Status status = Status::kNotStarted;
   double time_s = 0;                      ///< of the image, as given
   double east_m = 0, north_m = 0;         ///< camera position at the peak, on the grid of the map
   std::array<double, 4> covariance_m2{};  ///< of this image alone, row-major over (east, north): large where ambiguous
-  double ncc = 0;                         ///< height of the peak, −1 to 1
-  double peak_gap =
-      0;  ///< to the highest rival outside the main lobe, ncc + 1 if there is none; tells true fixes from false
+  double probability = 0;                 ///< that the match is the true one
+  Method method = Method::kGray;          ///< that found it
+  double score = 0;                       ///< height of the peak, at most 1; of gray: the NCC
+  double ambiguity = 0;                   ///< score of the best rival outside the main lobe over that of the peak; 0 to 1
+  double rotation_rad = 0;                ///< to be added to the heading, where rotation was searched
+  double rotation_sigma_rad = 0;          ///< of it; that of the heading where not searched
+  std::optional<int> map_age_days;        ///< of the oldest image in the map there, if both days are known
   double weight = 0;           ///< 0 to 1: how far the image counted as independent of the one before
   double ground_height_m = 0;  ///< above the ellipsoid, as used
   double gsd_m = 0;            ///< of the map level used
@@ -84,9 +98,9 @@ class Localizer {
   Status predict(double displacement_east_m, double displacement_north_m, double sigma_m);
 
   /// Matches an image with the map and takes it into the filter.
-  /// `gray_image`: H×W CV_8UC1 of the camera's size. `attitude`: heading against grid north. `height_m`: camera above
+  /// `image`: H×W of the camera's size, CV_8UC1 or CV_8UC3 (red, green, blue). `attitude`: heading against grid north. `height_m`: camera above
   /// the ellipsoid.
-  Fix update(const cv::Mat& gray_image, const Camera& camera, const Attitude& attitude, double height_m, double time_s);
+  Fix update(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m, double time_s);
 
   Estimate estimate() const;
 

@@ -6,6 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "runtime/nav/correlator.h"
+
 namespace landfix::nav {
 namespace {
 
@@ -14,13 +16,6 @@ using features::GridImage;
 constexpr double kFlatVariance = 1.0 / 12;  ///< of rounding to whole gray levels: less is no texture
 constexpr int kGrayOffset = 128;            ///< taken off every gray value, so that squares stay below 2^14
 constexpr int64_t kMaxCount32 = 1 << 18;    ///< pixels whose squares surely sum to less than 2^32
-
-/// A matrix of this shape on a buffer that only ever grows.
-cv::Mat shaped(cv::Mat& buffer, cv::Size size, int type) {
-  const size_t bytes = size_t(size.area()) * CV_ELEM_SIZE(type);
-  if (buffer.total() < bytes) buffer.create(1, int(bytes), CV_8U);
-  return cv::Mat(size, type, buffer.data);
-}
 
 bool usable(const GridImage& image) {
   const bool mask_fits =
@@ -101,7 +96,7 @@ float coefficient(const Overlap& o) {
 
 }  // namespace
 
-struct Matcher::Workspace {
+struct Ncc::Workspace {
   explicit Workspace(double coverage) : min_coverage(coverage) {}
 
   Status match(const GridImage& patch, const GridImage& window, GridImage& surface);
@@ -109,35 +104,34 @@ struct Matcher::Workspace {
   void find_corners(const cv::Mat& mask, cv::Size size);
   void take_window(const GridImage& window);
   void correlate_products(const GridImage& window);
-  cv::Mat spectrum(const cv::Mat& image, int buffer);
-  cv::Mat correlate(const cv::Mat& a, const cv::Mat& b, int buffer);
   template <class Sum>
   bool fill(const GridImage& window, WindowSums<Sum>& sums, GridImage& surface);
 
   double min_coverage;
-  cv::Size dft_size, positions;
+  cv::Size positions;
+  Correlator correlator;
   std::vector<Corner> plus, minus;  ///< where the second difference of the patch's mask is positive, negative
   double patch_count = 0, patch_energy = 0, window_offset = 0;
   cv::Mat patch_zero_mean, window_zero_mean;  ///< CV_32F, 0 where not valid
   cv::Mat patch_spectrum;                     ///< as cv::dft packs it
   cv::Mat product, patch_sum, patch_squares;  ///< CV_32F over all positions; the latter two for masked windows only
-  cv::Mat buffers[10];
+  cv::Mat patch_buffer, window_buffer, mask_buffer, squares_buffer;
   WindowSums<uint32_t> sums32;
   WindowSums<uint64_t> sums64;
 };
 
 /// The patch with its mean taken off, which keeps the spectrum free of a large constant.
-void Matcher::Workspace::take_patch(const GridImage& patch) {
+void Ncc::Workspace::take_patch(const GridImage& patch) {
   const cv::Mat& mask = patch.valid;
   patch_count = mask.empty() ? double(patch.pixels.total()) : cv::countNonZero(mask);
-  patch_zero_mean = shaped(buffers[0], patch.pixels.size(), CV_32F);
+  patch_zero_mean = shaped(patch_buffer, patch.pixels.size(), CV_32F);
   patch.pixels.convertTo(patch_zero_mean, CV_32F, 1, -cv::mean(patch.pixels, mask)[0]);
   if (!mask.empty()) patch_zero_mean.setTo(0, mask == 0);
   patch_energy = patch_zero_mean.dot(patch_zero_mean);
   find_corners(mask, patch.pixels.size());
 }
 
-void Matcher::Workspace::find_corners(const cv::Mat& mask, cv::Size size) {
+void Ncc::Workspace::find_corners(const cv::Mat& mask, cv::Size size) {
   if (mask.empty()) {
     plus = {{0, 0}, {size.height, size.width}};
     minus = {{0, size.width}, {size.height, 0}};
@@ -155,46 +149,30 @@ void Matcher::Workspace::find_corners(const cv::Mat& mask, cv::Size size) {
   }
 }
 
-void Matcher::Workspace::take_window(const GridImage& window) {
+void Ncc::Workspace::take_window(const GridImage& window) {
   window_offset = cv::mean(window.pixels, window.valid)[0];
-  window_zero_mean = shaped(buffers[1], window.pixels.size(), CV_32F);
+  window_zero_mean = shaped(window_buffer, window.pixels.size(), CV_32F);
   window.pixels.convertTo(window_zero_mean, CV_32F, 1, -window_offset);
   if (!window.valid.empty()) window_zero_mean.setTo(0, window.valid == 0);
 }
 
-cv::Mat Matcher::Workspace::spectrum(const cv::Mat& image, int buffer) {
-  cv::Mat padded = shaped(buffers[buffer], dft_size, CV_32F);
-  cv::copyMakeBorder(image, padded, 0, dft_size.height - image.rows, 0, dft_size.width - image.cols,
-                     cv::BORDER_CONSTANT, 0);
-  cv::dft(padded, padded, 0, image.rows);
-  return padded;
-}
-
-cv::Mat Matcher::Workspace::correlate(const cv::Mat& a, const cv::Mat& b, int buffer) {
-  cv::Mat out = shaped(buffers[buffer], dft_size, CV_32F);
-  cv::mulSpectrums(a, b, out, 0, true);
-  cv::dft(out, out, cv::DFT_INVERSE | cv::DFT_SCALE, positions.height);
-  return out;
-}
-
-/// The correlations with gray values of the patch, by FFT. Circular ones do: no position of interest wraps around.
-void Matcher::Workspace::correlate_products(const GridImage& window) {
-  dft_size = {cv::getOptimalDFTSize(window.pixels.cols), cv::getOptimalDFTSize(window.pixels.rows)};
-  patch_spectrum = spectrum(patch_zero_mean, 2);
-  product = correlate(spectrum(window_zero_mean, 3), patch_spectrum, 4);
+/// The correlations with gray values of the patch, by FFT.
+void Ncc::Workspace::correlate_products(const GridImage& window) {
+  patch_spectrum = correlator.spectrum(patch_zero_mean, 0);
+  product = correlator.correlate({{correlator.spectrum(window_zero_mean, 1), patch_spectrum}}, 2);
   if (window.valid.empty()) return;
-  cv::Mat mask = shaped(buffers[5], window.valid.size(), CV_32F),
-          squares = shaped(buffers[6], patch_zero_mean.size(), CV_32F);
+  cv::Mat mask = shaped(mask_buffer, window.valid.size(), CV_32F),
+          squares = shaped(squares_buffer, patch_zero_mean.size(), CV_32F);
   cv::Mat(window.valid != 0).convertTo(mask, CV_32F, 1.0 / 255);
   cv::multiply(patch_zero_mean, patch_zero_mean, squares);
-  const cv::Mat mask_spectrum = spectrum(mask, 7);
-  patch_sum = correlate(mask_spectrum, patch_spectrum, 8);
-  patch_squares = correlate(mask_spectrum, spectrum(squares, 3), 9);
+  const cv::Mat mask_spectrum = correlator.spectrum(mask, 3);
+  patch_sum = correlator.correlate({{mask_spectrum, patch_spectrum}}, 4);
+  patch_squares = correlator.correlate({{mask_spectrum, correlator.spectrum(squares, 1)}}, 5);
 }
 
 /// Returns whether any position is valid.
 template <class Sum>
-bool Matcher::Workspace::fill(const GridImage& window, WindowSums<Sum>& sums, GridImage& surface) {
+bool Ncc::Workspace::fill(const GridImage& window, WindowSums<Sum>& sums, GridImage& surface) {
   const bool masked = !window.valid.empty();
   const auto gray = [&](int y, int x) {
     return masked && !window.valid.ptr<uint8_t>(y)[x] ? 0 : int(window.pixels.ptr<uint8_t>(y)[x]) - kGrayOffset;
@@ -236,8 +214,9 @@ bool Matcher::Workspace::fill(const GridImage& window, WindowSums<Sum>& sums, Gr
   return any;
 }
 
-Status Matcher::Workspace::match(const GridImage& patch, const GridImage& window, GridImage& surface) {
-  positions = window.pixels.size() - patch.pixels.size() + cv::Size(1, 1);
+Status Ncc::Workspace::match(const GridImage& patch, const GridImage& window, GridImage& surface) {
+  correlator.resize(window.pixels.size(), patch.pixels.size());
+  positions = correlator.positions();
   surface.pixels.create(positions, CV_32F);
   surface.valid.create(positions, CV_8U);
   surface.gsd_m = window.gsd_m;
@@ -255,15 +234,15 @@ Status Matcher::Workspace::match(const GridImage& patch, const GridImage& window
   return any ? Status::kOk : Status::kOutsideMap;
 }
 
-Matcher::Matcher(double min_coverage) : workspace_(std::make_unique<Workspace>(min_coverage)) {}
-Matcher::~Matcher() = default;
-Matcher::Matcher(Matcher&&) noexcept = default;
-Matcher& Matcher::operator=(Matcher&&) noexcept = default;
+Ncc::Ncc(double min_coverage) : workspace_(std::make_unique<Workspace>(min_coverage)) {}
+Ncc::~Ncc() = default;
+Ncc::Ncc(Ncc&&) noexcept = default;
+Ncc& Ncc::operator=(Ncc&&) noexcept = default;
 
 /// By Parseval from the power spectrum. Its packed form holds one of each conjugate pair (imaginary parts are 0), and
 /// the up to four frequencies without a partner are the mean, which is 0, and the finest ones, which hold next to
 /// nothing.
-double Matcher::independent_pixels() const {
+double Ncc::independent_pixels() const {
   const Workspace& w = *workspace_;
   if (w.patch_spectrum.empty() || !(w.patch_energy > 0)) return 0;
   try {
@@ -276,7 +255,7 @@ double Matcher::independent_pixels() const {
   }
 }
 
-Status Matcher::match(const GridImage& patch, const GridImage& window, GridImage& surface) {
+Status Ncc::match(const GridImage& patch, const GridImage& window, GridImage& surface) {
   if (!usable(patch) || !usable(window)) return Status::kBadImage;
   if (patch.pixels.rows > window.pixels.rows || patch.pixels.cols > window.pixels.cols)
     return Status::kTemplateTooLarge;

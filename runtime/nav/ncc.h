@@ -8,16 +8,16 @@
 
 namespace landfix::nav {
 
-/// Correlates; keeps its buffers, so that repeated matches of like size allocate next to nothing. One matcher per
+/// Correlates; keeps its buffers, so that repeated matches of like size allocate next to nothing. One object per
 /// thread.
-class Matcher {
+class Ncc {
  public:
   /// `min_coverage`: share of the patch's valid pixels that must meet valid pixels of the window for a position to
   /// count.
-  explicit Matcher(double min_coverage = 0.5);
-  ~Matcher();
-  Matcher(Matcher&&) noexcept;
-  Matcher& operator=(Matcher&&) noexcept;
+  explicit Ncc(double min_coverage = 0.5);
+  ~Ncc();
+  Ncc(Ncc&&) noexcept;
+  Ncc& operator=(Ncc&&) noexcept;
 
   /// Conte 2009 eq. 5.15 with sums and means over the pixels valid in both images.
   /// `patch`: h×w, `window`: H×W, both CV_8UC1 with an optional mask. `surface`: (H−h+1)×(W−w+1) CV_32F in −1 to 1,

@@ -1,45 +1,84 @@
 #include "runtime/nav/pack_map.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "runtime/features/orientation_code.h"
 
 namespace landfix::nav {
 namespace {
 
 constexpr double kMaxPixels = 1 << 26;  ///< of one window: a wrong covariance must not ask for gigabytes
 
-}  // namespace
-
-PackMap::PackMap(const Pack& pack) : pack_(pack) {
-  const Result<uint32_t> gray = pack.find_layer("gray");
-  if (!gray) return;
-  const Result<lf_layer_info> layer = pack.layer(*gray);
-  if (!layer || layer->level_count == 0 || layer->pixel_type != LF_U8 || layer->channels != 1) return;
-  const Result<lf_level_info> finest = pack.level(*gray, 0), coarsest = pack.level(*gray, layer->level_count - 1);
-  if (!finest || !coarsest) return;
-  gray_ = *gray;
-  nodata_ = uint8_t(layer->nodata);
-  gsd_range_m_ = {finest->gsd_m, coarsest->gsd_m};
+/// Days since 1970-01-01 of "2009-08-18"; nothing for anything else.
+std::optional<int> days_of(const char* date) {
+  int year = 0, month = 0, day = 0;
+  char rest = 0;
+  if (std::sscanf(date, "%4d-%2d-%2d%c", &year, &month, &day, &rest) != 3) return std::nullopt;
+  const std::chrono::year_month_day ymd{std::chrono::year(year), std::chrono::month(unsigned(month)),
+                                        std::chrono::day(unsigned(day))};
+  if (!ymd.ok()) return std::nullopt;
+  return int(std::chrono::sys_days(ymd).time_since_epoch().count());
 }
 
-std::pair<double, double> PackMap::gsd_range_m() const { return gsd_range_m_; }
+void leave_out_if_full(features::GridImage& window) {
+  if (cv::countNonZero(window.valid) == int(window.valid.total())) window.valid.release();
+}
 
-nav::Status PackMap::read_gray(double west_m, double south_m, double east_m, double north_m, double gsd_m,
-                               features::GridImage& window) const {
-  if (gsd_range_m_.first <= 0) return nav::Status::kMapError;
-  const Result<Region> region = pack_.box(gray_, west_m, south_m, east_m, north_m, gsd_m);
+}  // namespace
+
+PackMap::PackMap(const Pack& pack)
+    : pack_(pack),
+      layers_{find("gray", LF_U8, 1), find("edge", LF_U8, 1), find("contour", LF_U8, 1),
+              find("orientation", LF_BIT, features::kOrientationPlanes)} {}
+
+PackMap::Layer PackMap::find(const char* name, lf_pixel_type type, int channels) const {
+  const Result<uint32_t> index = pack_.find_layer(name);
+  if (!index) return {};
+  const Result<lf_layer_info> info = pack_.layer(*index);
+  if (!info || info->level_count == 0 || info->pixel_type != type || info->channels != channels) return {};
+  const Result<lf_level_info> finest = pack_.level(*index, 0), coarsest = pack_.level(*index, info->level_count - 1);
+  if (!finest || !coarsest) return {};
+  return {true, *index, uint8_t(info->nodata), {finest->gsd_m, coarsest->gsd_m}};
+}
+
+std::pair<double, double> PackMap::gsd_range_m(MapLayer layer) const { return layers_[size_t(layer)].gsd_range_m; }
+
+nav::Status PackMap::read_bytes(const Layer& layer, const Region& region, features::GridImage& window) const {
+  window.pixels.create(int(region.height), int(region.width), CV_8U);
+  const std::span<uint8_t> out(window.pixels.data, window.pixels.total());
+  if (pack_.read(region, out, size_t(region.width)) != LF_OK) return nav::Status::kMapError;
+  cv::compare(window.pixels, layer.nodata, window.valid, cv::CMP_NE);
+  return nav::Status::kOk;
+}
+
+nav::Status PackMap::read_orientation(const Region& region, features::GridImage& window) const {
+  const size_t row_words = (region.width + 63) / 64, plane_words = row_words * region.height;
+  words_.resize(plane_words * features::kOrientationPlanes);
+  if (pack_.read_bits(region, words_, row_words, plane_words) != LF_OK) return nav::Status::kMapError;
+  features::unpack_orientation(words_.data(), row_words, plane_words, {int(region.width), int(region.height)},
+                               window.pixels, window.valid);
+  return nav::Status::kOk;
+}
+
+nav::Status PackMap::read(MapLayer which, double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                          features::GridImage& window) const {
+  const Layer& layer = layers_[size_t(which)];
+  if (!layer.present) return nav::Status::kNoLayer;
+  const Result<Region> region = pack_.box(layer.index, west_m, south_m, east_m, north_m, gsd_m);
   if (!region) return region.status() == LF_OUTSIDE_MAP ? nav::Status::kOutsideMap : nav::Status::kMapError;
   if (double(region->width) * region->height > kMaxPixels) return nav::Status::kTooLarge;
   try {
     window.west_m = region->west_m;
     window.north_m = region->north_m;
     window.gsd_m = region->gsd_m;
-    window.pixels.create(int(region->height), int(region->width), CV_8U);
-    const std::span<uint8_t> out(window.pixels.data, window.pixels.total());
-    if (pack_.read(*region, out, size_t(region->width)) != LF_OK) return nav::Status::kMapError;
-    cv::compare(window.pixels, nodata_, window.valid, cv::CMP_NE);
-    const int count = cv::countNonZero(window.valid);
-    if (count == int(window.pixels.total())) window.valid.release();
-    return count ? nav::Status::kOk : nav::Status::kOutsideMap;
+    const nav::Status status =
+        which == MapLayer::kOrientation ? read_orientation(*region, window) : read_bytes(layer, *region, window);
+    if (status != nav::Status::kOk) return status;
+    if (cv::countNonZero(window.valid) == 0) return nav::Status::kOutsideMap;
+    leave_out_if_full(window);
+    return nav::Status::kOk;
   } catch (...) {
     return nav::Status::kInternal;
   }
@@ -48,6 +87,24 @@ nav::Status PackMap::read_gray(double west_m, double south_m, double east_m, dou
 std::optional<double> PackMap::ground_height_m(double east_m, double north_m) const {
   const Result<Height> height = pack_.height(east_m, north_m);
   return height ? std::optional(height->height_m) : std::nullopt;
+}
+
+std::optional<CaptureDays> PackMap::capture_days(double west_m, double south_m, double east_m, double north_m) const {
+  // Of what registration uses first: the layers of a pack are made of the same images.
+  for (const MapLayer which : {MapLayer::kOrientation, MapLayer::kGray, MapLayer::kEdge, MapLayer::kContour}) {
+    const Layer& layer = layers_[size_t(which)];
+    if (!layer.present) continue;
+    const Result<Region> region =
+        pack_.box(layer.index, west_m, south_m, east_m, north_m, layer.gsd_range_m.first);
+    if (!region) continue;
+    const Result<EpochRange> range = pack_.epochs(*region);
+    if (!range || range->dated_tiles < range->tiles) continue;
+    const Result<lf_epoch_info> newest = pack_.epoch(range->newest), oldest = pack_.epoch(range->oldest);
+    if (!newest || !oldest) continue;
+    const std::optional<int> first = days_of(oldest->date), last = days_of(newest->date);
+    if (first && last) return CaptureDays{*first, *last};
+  }
+  return std::nullopt;
 }
 
 }  // namespace landfix::nav

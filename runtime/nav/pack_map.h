@@ -1,27 +1,40 @@
 // A pack as the map that localization asks.
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "landfix/landfix.hpp"
 #include "runtime/nav/map_source.h"
 
 namespace landfix::nav {
 
-/// The layer "gray" of a pack and its heights (the assumed plane where it has none). The pack must outlive it.
-/// Compressed tiles must have been prepared. Without a gray layer every read fails with kMapError.
+/// The layers gray, edge, contour and orientation of a pack and its heights (the assumed plane where it has none). The
+/// pack must outlive it. Compressed tiles must have been prepared. One object per thread: it keeps a buffer.
 class PackMap : public MapSource {
  public:
   explicit PackMap(const Pack& pack);
 
-  std::pair<double, double> gsd_range_m() const override;
-  nav::Status read_gray(double west_m, double south_m, double east_m, double north_m, double gsd_m,
-                        features::GridImage& window) const override;
+  std::pair<double, double> gsd_range_m(MapLayer layer) const override;
+  nav::Status read(MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                   features::GridImage& window) const override;
   std::optional<double> ground_height_m(double east_m, double north_m) const override;
+  std::optional<CaptureDays> capture_days(double west_m, double south_m, double east_m, double north_m) const override;
 
  private:
+  struct Layer {
+    bool present = false;
+    uint32_t index = 0;
+    uint8_t nodata = 0;
+    std::pair<double, double> gsd_range_m{0, 0};
+  };
+  Layer find(const char* name, lf_pixel_type type, int channels) const;
+  nav::Status read_bytes(const Layer& layer, const Region& region, features::GridImage& window) const;
+  nav::Status read_orientation(const Region& region, features::GridImage& window) const;
+
   const Pack& pack_;
-  uint32_t gray_ = 0;
-  uint8_t nodata_ = 0;
-  std::pair<double, double> gsd_range_m_{0, 0};
+  std::array<Layer, 4> layers_;  ///< by MapLayer
+  mutable std::vector<uint64_t> words_;
 };
 
 }  // namespace landfix::nav

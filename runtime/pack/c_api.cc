@@ -1,4 +1,5 @@
 // The C ABI: null checks, then the work of the other files.
+#include <algorithm>
 #include <cstring>
 #include <new>
 
@@ -75,8 +76,8 @@ const char* lf_status_text(lf_status status) {
     case LF_REGION_TOO_LARGE:
       return "the region has too many pixels; ask for a smaller one or a coarser GSD";
     case LF_WRONG_TYPE:
-      return "the layer's pixels are of another type: heights are read with the call for heights, all else with the "
-             "call for pixels";
+      return "the layer's pixels are of another type: pixels, heights and bit planes are read with a call of their own "
+             "each";
     case LF_END:
       return "no more tiles";
   }
@@ -110,6 +111,7 @@ lf_status lf_get_info(const lf_pack* pack, lf_info* info) {
   i.layer_count = pack->layer_count;
   i.source_count = m.sources()->size();
   i.parameter_count = m.parameters() ? m.parameters()->size() : 0;
+  i.epoch_count = m.epochs() ? m.epochs()->size() : 0;
   i.west_m = m.bounds()->west_m(), i.south_m = m.bounds()->south_m();
   i.east_m = m.bounds()->east_m(), i.north_m = m.bounds()->north_m();
   i.plane_height_m = m.plane_height_m();
@@ -163,6 +165,15 @@ lf_status lf_get_source(const lf_pack* pack, uint32_t index, lf_source_info* inf
   return LF_OK;
 }
 
+lf_status lf_get_epoch(const lf_pack* pack, uint32_t index, lf_epoch_info* info) {
+  if (pack == nullptr || info == nullptr) return LF_INVALID_ARGUMENT;
+  const auto* epochs = pack->manifest->epochs();
+  if (epochs == nullptr || index >= epochs->size()) return LF_INVALID_ARGUMENT;
+  const auto& e = *epochs->Get(index);
+  *info = {text_or_empty(e.date()), e.sources() ? e.sources()->size() : 0, e.sources() ? e.sources()->data() : nullptr};
+  return LF_OK;
+}
+
 lf_status lf_get_parameter(const lf_pack* pack, uint32_t index, const char** name, const char** value) {
   if (pack == nullptr || name == nullptr || value == nullptr) return LF_INVALID_ARGUMENT;
   const auto* parameters = pack->manifest->parameters();
@@ -193,6 +204,28 @@ lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* o
                           size_t out_bytes) {
   if (pack == nullptr || region == nullptr || out == nullptr) return LF_INVALID_ARGUMENT;
   return landfix::pack::read_values(*pack, *region, out, row_bytes, out_bytes);
+}
+
+lf_status lf_read_bits(const lf_pack* pack, const lf_region* region, uint64_t* out, size_t row_words,
+                       size_t plane_words, size_t out_words) {
+  if (pack == nullptr || region == nullptr || out == nullptr) return LF_INVALID_ARGUMENT;
+  return landfix::pack::read_bits(*pack, *region, out, row_words, plane_words, out_words);
+}
+
+lf_status lf_tile_epochs(const lf_pack* pack, uint32_t layer, int32_t level, int32_t x, int32_t y, uint16_t* epochs,
+                         uint32_t capacity, uint32_t* count) {
+  if (pack == nullptr || count == nullptr || (epochs == nullptr && capacity > 0)) return LF_INVALID_ARGUMENT;
+  std::span<const uint16_t> found;
+  if (const lf_status s = landfix::pack::tile_epochs(*pack, layer, {level, x, y}, found); s != LF_OK) return s;
+  *count = uint32_t(found.size());
+  if (found.size() > capacity) return LF_BUFFER_TOO_SMALL;
+  std::copy(found.begin(), found.end(), epochs);
+  return LF_OK;
+}
+
+lf_status lf_region_epochs(const lf_pack* pack, const lf_region* region, lf_epoch_range* range) {
+  if (pack == nullptr || region == nullptr || range == nullptr) return LF_INVALID_ARGUMENT;
+  return landfix::pack::region_epochs(*pack, *region, *range);
 }
 
 lf_status lf_tile_view(const lf_pack* pack, uint32_t layer, int32_t level, int32_t x, int32_t y, lf_tile* tile) {

@@ -64,7 +64,9 @@ lf_status check_record(const lf_pack& pack, const tiles::TileFormat& format, con
   if (r.length > schema::kMaxTileBytes || r.offset % schema::kSmallAlignment != 0 ||
       !inside(r.offset, r.length, pack.mapping.size()))
     return LF_DAMAGED;
-  if (r.codec > uint8_t(tiles::Codec::kZstd)) return LF_UNKNOWN_VERSION;
+  std::span<const uint16_t> epochs;
+  if (const lf_status s = pack.epochs_of(r, epochs); s != LF_OK) return s;
+  if (r.codec > uint8_t(tiles::Codec::kContext)) return LF_UNKNOWN_VERSION;
   if (r.codec == uint8_t(tiles::Codec::kRaw) && (r.length != format.bytes() || r.offset % schema::kPageSize != 0))
     return LF_DAMAGED;
   return format.type != tiles::PixelType::kI16 || has_finite_values(r) ? LF_OK : LF_DAMAGED;
@@ -104,6 +106,16 @@ lf_status lf_pack::find_tile(const Level& level, const TileIndex& tile, size_t& 
   if (found == records.end() || found->key != key) return LF_OUTSIDE_MAP;
   slot = size_t(index) * landfix::schema::kBlockTiles + size_t(found - records.begin());
   record = &*found;
+  return LF_OK;
+}
+
+lf_status lf_pack::epochs_of(const TileRecord& r, std::span<const uint16_t>& epochs) const {
+  epochs = {};
+  if (r.epoch_set == 0) return LF_OK;
+  const auto* sets = manifest->epoch_sets();
+  if (sets == nullptr || r.epoch_set > sets->size()) return LF_DAMAGED;
+  const auto* set = sets->Get(r.epoch_set - 1u)->epochs();
+  epochs = {set->data(), set->size()};
   return LF_OK;
 }
 

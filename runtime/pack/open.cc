@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <new>
+#include <string_view>
 
 #include "runtime/pack/pack.h"
 #include "tiles/geodesy.h"
@@ -48,6 +50,33 @@ bool check_geoid(const schema::Geoid& g) {
          std::all_of(g.undulation_m()->begin(), g.undulation_m()->end(), [](float v) { return std::isfinite(v); });
 }
 
+using Indices = flatbuffers::Vector<uint16_t>;
+
+// Strictly ascending indices into a list of `size`; absent ones are none.
+bool are_indices(const Indices* indices, size_t size) {
+  if (indices == nullptr || indices->size() == 0) return true;
+  return std::adjacent_find(indices->begin(), indices->end(), std::greater_equal<>()) == indices->end() &&
+         indices->Get(indices->size() - 1) < size;
+}
+
+// Newest first, undated last: the order of the bytes of ISO 8601 dates, downwards.
+bool check_epochs(const schema::Manifest& m) {
+  const size_t epochs = m.epochs() ? m.epochs()->size() : 0, sets = m.epoch_sets() ? m.epoch_sets()->size() : 0;
+  if (epochs > schema::kMaxEpochs || sets > schema::kMaxEpochs) return false;
+  std::string_view newer;
+  for (uint32_t i = 0; i < epochs; ++i) {
+    const schema::Epoch& epoch = *m.epochs()->Get(i);
+    const std::string_view date = epoch.date() ? epoch.date()->string_view() : std::string_view();
+    if ((i > 0 && date > newer) || !are_indices(epoch.sources(), m.sources()->size())) return false;
+    newer = date;
+  }
+  for (uint32_t i = 0; i < sets; ++i) {
+    const Indices* set = m.epoch_sets()->Get(i)->epochs();
+    if (set->size() == 0 || !are_indices(set, epochs)) return false;
+  }
+  return true;
+}
+
 lf_status check_manifest(const schema::Manifest& m) {
   const schema::Bounds& b = *m.bounds();
   for (const double v : {b.west_m(), b.south_m(), b.east_m(), b.north_m()})
@@ -59,22 +88,41 @@ lf_status check_manifest(const schema::Manifest& m) {
   if (m.layers()->size() > kMaxLayers) return LF_DAMAGED;
   for (const auto* source : *m.sources())
     if (source->sha256() != nullptr && source->sha256()->size() != 32) return LF_DAMAGED;
-  return LF_OK;
+  return check_epochs(m) ? LF_OK : LF_DAMAGED;
 }
 
 bool is_known(const schema::Layer& l) {
   if (l.kind() != schema::LayerKind::Raster || l.channels() == 0) return false;
-  if (l.pixel_type() == schema::PixelType::U8) return true;
-  return l.pixel_type() == schema::PixelType::I16 && l.channels() == 1;
+  switch (l.pixel_type()) {
+    case schema::PixelType::U8:
+      return true;
+    case schema::PixelType::I16:
+      return l.channels() == 1;
+    case schema::PixelType::Bit:
+      return l.channels() <= tiles::kMaxBitChannels;
+  }
+  return false;
+}
+
+bool holds_nodata(const tiles::TileFormat& f) {
+  switch (f.type) {
+    case tiles::PixelType::kU8:
+      return f.nodata >= 0 && f.nodata <= 255;
+    case tiles::PixelType::kI16:
+      return true;
+    case tiles::PixelType::kBit:
+      return f.nodata == 0 || f.nodata == 1;
+  }
+  return false;
 }
 
 lf_status load_layer(const schema::Layer& in, std::span<const schema::BlockRecord> blocks, Layer& out) {
   out.name = in.name()->c_str();
   out.description = in.description() ? in.description()->c_str() : "";
-  out.format.type = in.pixel_type() == schema::PixelType::U8 ? tiles::PixelType::kU8 : tiles::PixelType::kI16;
+  out.format.type = tiles::PixelType(in.pixel_type());
   out.format.channels = in.channels();
   out.format.nodata = in.nodata();
-  if (out.format.type == tiles::PixelType::kU8 && (in.nodata() < 0 || in.nodata() > 255)) return LF_DAMAGED;
+  if (!holds_nodata(out.format)) return LF_DAMAGED;
   if (in.levels()->size() == 0 || in.levels()->size() > kMaxLevels) return LF_DAMAGED;
   for (const schema::Level* l : *in.levels()) {
     if (l->level() < tiles::kMinLevel || l->level() > tiles::kMaxLevel) return LF_DAMAGED;

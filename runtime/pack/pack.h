@@ -94,7 +94,9 @@ struct lf_pack {
   /// Slot and record of a tile; LF_OUTSIDE_MAP where the level has none.
   lf_status find_tile(const landfix::pack::Level& level, const landfix::tiles::TileIndex& tile, size_t& slot,
                       const landfix::schema::TileRecord*& record) const;
-  /// First-touch checks of a tile: extent, format, hash.
+  /// The epochs of a tile, in the manifest; empty: not stated.
+  lf_status epochs_of(const landfix::schema::TileRecord& record, std::span<const uint16_t>& epochs) const;
+  /// First-touch checks of a tile: extent, format, epochs, hash.
   lf_status check_tile(const landfix::pack::Layer& layer, size_t slot, const landfix::schema::TileRecord& record) const;
   /// Checked pixels of a tile: in the mapping, or as lf_prepare left them.
   lf_status tile_pixels(const landfix::pack::Layer& layer, size_t slot, const landfix::schema::TileRecord& record,

@@ -31,8 +31,6 @@ lf_status lf_pack::resolve(const lf_region& r, const Layer*& layer, const Level*
 namespace landfix::pack {
 namespace {
 
-PixelRect rect_of(const lf_region& r) { return {r.level, r.first_column, r.first_row, r.width, r.height}; }
-
 const Level& choose_level(const Layer& layer, double gsd_m) {
   uint32_t best = 0;
   for (uint32_t i = 1; i < layer.level_count; ++i)
@@ -133,6 +131,53 @@ void copy_values(const Piece& piece, int16_t nodata, float* out, size_t row_valu
   }
 }
 
+constexpr int64_t kWordBits = 64, kTileWords = kTilePixels / kWordBits;
+
+constexpr size_t words_for(int64_t bits) { return size_t((bits + kWordBits - 1) / kWordBits); }
+
+// Bits [begin, end) of word `index` of a row.
+uint64_t mask_of(int64_t index, int64_t begin, int64_t end) {
+  const int64_t from = std::clamp<int64_t>(begin - index * kWordBits, 0, kWordBits),
+                to = std::clamp<int64_t>(end - index * kWordBits, 0, kWordBits);
+  return from == to ? 0 : ~uint64_t(0) >> (kWordBits - (to - from)) << from;
+}
+
+// Adds what a region takes from one tile, plane by plane, to rows that are 0 there. Seen from the region, the words of
+// a row of the tile begin at bit `origin`, which may lie before the region.
+void add_planes(const Piece& piece, const tiles::TileFormat& format, uint64_t* out, size_t row_words,
+                size_t plane_words, int64_t words) {
+  if (piece.pixels == nullptr && format.nodata == 0) return;
+  const Overlap& o = piece.overlap;
+  const int64_t origin = o.region_column - o.tile_column;
+  const int64_t shift = origin & (kWordBits - 1), first_word = (origin - shift) / kWordBits;
+  const int64_t begin = std::max<int64_t>(0, -first_word), end = std::min(kTileWords + 1, words - first_word);
+  uint64_t masks[kTileWords];
+  for (int64_t k = 0; k < kTileWords; ++k) masks[k] = mask_of(k, o.tile_column, o.tile_column + o.width);
+  for (size_t p = 0; p < format.channels; ++p)
+    for (int64_t y = 0; y < o.height; ++y) {
+      // Between words of 0, so that each word of the region is made of two of the tile.
+      uint64_t row[kTileWords + 2] = {};
+      if (piece.pixels != nullptr)
+        std::memcpy(row + 1, piece.pixels + p * tiles::kPlaneBytes + size_t(o.tile_row + y) * tiles::kPlaneRowBytes,
+                    tiles::kPlaneRowBytes);
+      else
+        std::fill_n(row + 1, kTileWords, ~uint64_t(0));
+      for (int64_t k = 0; k < kTileWords; ++k) row[k + 1] &= masks[k];
+      uint64_t* to = out + p * plane_words + size_t(o.region_row + y) * row_words;
+      for (int64_t k = begin; k < end; ++k)
+        to[first_word + k] |= row[k + 1] << shift | row[k] >> 1 >> (kWordBits - 1 - shift);
+    }
+}
+
+lf_status check_planes(const lf_region& r, size_t planes, size_t row_words, size_t plane_words, size_t out_words) {
+  const size_t line = words_for(r.width);
+  if (row_words < line || out_words < line || (r.height - 1) > (out_words - line) / row_words)
+    return LF_BUFFER_TOO_SMALL;
+  const size_t plane = (r.height - 1) * row_words + line;
+  if (planes == 1) return LF_OK;
+  return plane_words >= plane && planes - 1 <= (out_words - plane) / plane_words ? LF_OK : LF_BUFFER_TOO_SMALL;
+}
+
 lf_status check_buffer(const lf_region& r, size_t pixel_bytes, size_t row_bytes, size_t out_bytes) {
   const size_t line = r.width * pixel_bytes;
   if (row_bytes < line) return LF_BUFFER_TOO_SMALL;
@@ -185,6 +230,21 @@ lf_status read_values(const lf_pack& pack, const lf_region& region, float* out, 
   });
 }
 
+lf_status read_bits(const lf_pack& pack, const lf_region& region, uint64_t* out, size_t row_words, size_t plane_words,
+                    size_t out_words) {
+  const Layer* layer;
+  const Level* level;
+  if (const lf_status s = pack.resolve(region, layer, level); s != LF_OK) return s;
+  if (layer->format.type != tiles::PixelType::kBit) return LF_WRONG_TYPE;
+  const size_t planes = layer->format.channels, words = words_for(region.width);
+  if (const lf_status s = check_planes(region, planes, row_words, plane_words, out_words); s != LF_OK) return s;
+  for (size_t p = 0; p < planes; ++p)
+    for (size_t y = 0; y < region.height; ++y) std::fill_n(out + p * plane_words + y * row_words, words, uint64_t(0));
+  return for_each_strip(pack, *layer, *level, region, [&](std::span<const Piece> strip) {
+    for (const Piece& piece : strip) add_planes(piece, layer->format, out, row_words, plane_words, int64_t(words));
+  });
+}
+
 lf_status tile_view(const lf_pack& pack, uint32_t layer_index, const TileIndex& index, lf_tile& out) {
   if (layer_index >= pack.layer_count) return LF_INVALID_ARGUMENT;
   const Layer& layer = pack.layers[layer_index];
@@ -197,7 +257,7 @@ lf_status tile_view(const lf_pack& pack, uint32_t layer_index, const TileIndex& 
   out = {index.level,
          index.x,
          index.y,
-         uint32_t(layer.format.bytes() / kTilePixels),
+         uint32_t(layer.format.row_bytes()),
          double(tiles::first_column(index)) * gsd,
          -double(tiles::first_row(index)) * gsd,
          gsd,

@@ -50,11 +50,14 @@ bool is_zero(const void* data, size_t size) {
   return std::all_of(bytes, bytes + size, [](uint8_t b) { return b == 0; });
 }
 
+// A newer minor version may hold layers and use reserved bytes that this library knows nothing of.
+bool knows_every_byte(const lf_pack& pack) { return pack.header.version_minor <= schema::kVersionMinor; }
+
 lf_status verify_tile(const lf_pack& pack, const Layer& layer, size_t slot, const TileRecord& r, bool deep,
                       uint8_t* scratch) {
   if (const lf_status s = pack.check_tile(layer, slot, r); s != LF_OK) return s;
   if (!deep) return LF_OK;
-  if (!is_zero(r.reserved, sizeof r.reserved)) return LF_DAMAGED;
+  if (r.reserved != 0 && knows_every_byte(pack)) return LF_DAMAGED;
   const uint8_t* data = pack.mapping.data() + r.offset;
   return tiles::decode(tiles::Codec(r.codec), layer.format, {data, r.length}, {scratch, layer.format.bytes()})
              ? LF_OK
@@ -69,7 +72,7 @@ lf_status verify_level(const lf_pack& pack, const Layer& layer, const Level& lev
     std::span<const TileRecord> records;
     if (const lf_status s = pack.block_records(block, level.level, records); s != LF_OK) return s;
     if (!used.add(pack.blocks[block].offset, records.size_bytes())) return LF_OUT_OF_MEMORY;
-    if (deep && pack.blocks[block].reserved != 0) return LF_DAMAGED;
+    if (deep && pack.blocks[block].reserved != 0 && knows_every_byte(pack)) return LF_DAMAGED;
     for (size_t k = 0; k < records.size(); ++k) {
       const size_t slot = size_t(block) * schema::kBlockTiles + k;
       if (const lf_status s = verify_tile(pack, layer, slot, records[k], deep, scratch); s != LF_OK) return s;
@@ -105,8 +108,7 @@ lf_status verify(const lf_pack& pack, bool deep, uint64_t& tiles) {
       known_blocks += layer.levels[k].block_count;
     }
   }
-  // A newer minor version may hold layers and use reserved bytes that this library knows nothing of.
-  if (!deep || h.version_minor > schema::kVersionMinor) return LF_OK;
+  if (!deep || !knows_every_byte(pack)) return LF_OK;
   if (known_blocks != pack.blocks.size() || !reserved_is_zero(h)) return LF_DAMAGED;
   return used.padding_is_zero(pack.mapping.data(), pack.mapping.size()) ? LF_OK : LF_DAMAGED;
 }

@@ -12,10 +12,13 @@
 #include <fstream>
 #include <iterator>
 #include <landfix/landfix.hpp>
+#include <map>
 #include <numbers>
 #include <opencv2/core.hpp>
 
 #include "builder/catalog/catalog.h"
+#include "runtime/features/contour.h"
+#include "runtime/features/edge.h"
 #include "tests/builder/ingest_fixture.h"
 
 namespace landfix {
@@ -74,6 +77,7 @@ class BuildTest : public ingest::Ingest {
     for (const fs::path& image : images) o.images.push_back({image.string(), {}, {}, {}});
     o.output = folder_ / output;
     o.threads = 2;
+    o.layers = {"gray", "overview"};
     return o;
   }
   static BuildSummary build_silently(const BuildOptions& o) {
@@ -95,19 +99,36 @@ class BuildTest : public ingest::Ingest {
   BuildOptions town_with_hills(const std::string& output = "out.lfpack") const {
     BuildOptions o = options({town()}, output);
     o.elevation = ingest::SourceOptions{hills().string(), {}, {}, "ellipsoid"};
+    o.layers = {"gray", "overview", "height"};
+    return o;
+  }
+  // The town in a western part, and an older image under all of it.
+  BuildOptions two_dates(const std::string& output = "out.lfpack") const {
+    const auto older = [](int x, int y) { return texture(x / 2 + 9000, y / 2); };
+    BuildOptions o = options(
+        {once("older.tif", image(-37, 11, 1500, 700, older)), once("newer.tif", image(-37, 11, 700, 700, texture))},
+        output);
+    o.images[0].date = "2009-08-18";
+    o.images[1].date = "2018-07-16";
+    o.layers.clear();
     return o;
   }
 };
 
-// All gray pixels of a rectangle of 1 m pixels, by the runtime.
-cv::Mat read_gray(const Pack& pack, int column, int row, int width, int height) {
-  const auto layer = pack.find_layer("gray");
+// Pixels of a layer of bytes, by the runtime: a rectangle of pixels of `gsd_m`, columns and rows counted in them.
+cv::Mat read_bytes(const Pack& pack, const char* name, double gsd_m, int column, int row, int width, int height) {
+  const auto layer = pack.find_layer(name);
   EXPECT_TRUE(layer) << layer.text();
-  const auto region = pack.box(*layer, kWest + column, kNorth - row - height, kWest + column + width, kNorth - row, 1);
+  const auto region = pack.box(*layer, kWest + column * gsd_m, kNorth - (row + height) * gsd_m,
+                               kWest + (column + width) * gsd_m, kNorth - row * gsd_m, gsd_m);
   EXPECT_TRUE(region) << region.text();
   cv::Mat out(int(region->height), int(region->width), CV_8UC1);
   EXPECT_EQ(pack.read(*region, {out.data, out.total()}, out.step), LF_OK);
   return out;
+}
+
+cv::Mat read_gray(const Pack& pack, int column, int row, int width, int height) {
+  return read_bytes(pack, "gray", 1, column, row, width, height);
 }
 
 // Source pixels lie exactly on the grid, so resampling must hand them through: across tiles, jobs and the image's edge.
@@ -138,33 +159,39 @@ TEST_F(BuildTest, ShowsTheImagePixelByPixelWithoutSeams) {
 }
 
 TEST_F(BuildTest, GivesTheSameBytesWithAnyNumberOfThreads) {
-  BuildOptions one = town_with_hills("one.lfpack"), four = town_with_hills("four.lfpack");
+  BuildOptions one = two_dates("one.lfpack"), four = two_dates("four.lfpack");
+  one.elevation = four.elevation = ingest::SourceOptions{hills().string(), {}, {}, "ellipsoid"};
   one.threads = 1;
   four.threads = 4;
   const BuildSummary summary = build_silently(one);
   build_silently(four);
-  ASSERT_EQ(summary.layers.size(), 3u);
-  EXPECT_EQ(summary.layers[2].levels.front().level, 1);  // heights of 2 m under imagery of 1 m
+  ASSERT_EQ(summary.layers.size(), 7u);
+  EXPECT_EQ(summary.layers[6].levels.front().level, 1);  // heights of 2 m under imagery of 1 m
   EXPECT_EQ(bytes_of_file(one.output), bytes_of_file(four.output));
 }
 
 TEST_F(BuildTest, GivesTheSameBytesFromAnotherFolder) {
-  build_silently(options({town()}));
+  BuildOptions here = options({town()});
+  here.layers.clear();
+  build_silently(here);
   fs::create_directories(folder_ / "elsewhere");
   fs::copy(town(), folder_ / "elsewhere" / "town.tif");
-  build_silently(options({folder_ / "elsewhere" / "town.tif"}, "elsewhere/other.lfpack"));
+  BuildOptions there = options({folder_ / "elsewhere" / "town.tif"}, "elsewhere/other.lfpack");
+  there.layers.clear();
+  build_silently(there);
   EXPECT_EQ(bytes_of_file(folder_ / "out.lfpack"), bytes_of_file(folder_ / "elsewhere/other.lfpack"));
 }
 
-// 6 jobs make the tiles at 1 m, the others those at 2 m and the coarser levels. The kills fall among the first and
-// among the last.
+// 6 jobs make the tiles at 1 m, the others those at 2 m and the coarser levels. The kills fall among the first, among
+// the halved levels and among the last.
 TEST_F(BuildTest, ContinuesAfterAKillAndGivesTheSameBytes) {
   BuildOptions undisturbed = town_with_hills("undisturbed.lfpack");
+  undisturbed.layers.clear();
   size_t jobs = 0;
   undisturbed.after_job = [&](size_t done) { jobs = done; };
   build_silently(undisturbed);
-  for (const size_t survived : {size_t(4), jobs - 6}) {
-    const BuildOptions o = town_with_hills();
+  for (const size_t survived : {size_t(4), size_t(9), jobs - 15}) {
+    BuildOptions o = town_with_hills();
     const std::string program = fs::read_symlink("/proc/self/exe").string();
     const int status = std::system(fmt::format("exec '{}' --killed-after {} '{}' '{}' '{}'", program, survived,
                                                town().string(), hills().string(), o.output.string())
@@ -173,8 +200,10 @@ TEST_F(BuildTest, ContinuesAfterAKillAndGivesTheSameBytes) {
     EXPECT_FALSE(fs::exists(o.output));
     EXPECT_TRUE(fs::exists(journal()));
   }
-  const BuildSummary summary = build_silently(town_with_hills());
-  EXPECT_EQ(summary.resumed_jobs, jobs - 2);  // 4 of the first run and jobs - 6 of the second
+  BuildOptions last = town_with_hills();
+  last.layers.clear();
+  const BuildSummary summary = build_silently(last);
+  EXPECT_EQ(summary.resumed_jobs, jobs - 2);  // 4, 9 and jobs - 15 of the runs before
   EXPECT_EQ(bytes_of_file(folder_ / "out.lfpack"), bytes_of_file(undisturbed.output));
   EXPECT_FALSE(fs::exists(journal()));
 }
@@ -300,10 +329,13 @@ TEST_F(BuildTest, StoresOnlyTilesThatTheAreaTouches) {
   ASSERT_TRUE(south_west && north_east);
   constexpr double kDegrees = 180 / std::numbers::pi;
   BuildOptions o = options({town()});
-  o.layers = {"gray"};
+  o.layers = {"gray", "edge", "orientation"};
   o.bbox = fmt::format("{},{},{},{}", south_west->longitude_rad * kDegrees, south_west->latitude_rad * kDegrees,
                        north_east->longitude_rad * kDegrees, north_east->latitude_rad * kDegrees);
-  EXPECT_EQ(build_silently(o).layers[0].levels[0].tiles, 4u);
+  for (const LayerSummary& layer : build_silently(o).layers) {
+    EXPECT_EQ(layer.levels[0].tiles, 4u) << layer.name;
+    EXPECT_EQ(layer.levels.size(), 1u) << layer.name;  // the area is no larger than a tile
+  }
   // Tiles are stored whole: what a tile shows does not depend on the area.
   const auto part = Pack::open(o.output.c_str());
   ASSERT_TRUE(part);
@@ -311,6 +343,148 @@ TEST_F(BuildTest, StoresOnlyTilesThatTheAreaTouches) {
   const cv::Mat gray = read_gray(*part, 832, 992 - 256, 512, 512);
   EXPECT_EQ(cv::countNonZero(gray != read_gray(*pack, 832, 992 - 256, 512, 512)), 0);
   EXPECT_EQ(gray.at<uint8_t>(0, 0), texture(832, 992 - 256));
+}
+
+// What the town shows at 2^level metres, by the definition: gray values, 0 where fewer than two of four have data.
+cv::Mat halved_town(int level, int column, int row, int width, int height) {
+  cv::Mat out(height, width, CV_8UC1);
+  if (level == 0) {
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const int c = column + x, r = row + y;
+        out.at<uint8_t>(y, x) = c >= -37 && c < 1763 && r >= 11 && r < 1311 ? uint8_t(texture(c, r)) : uint8_t(0);
+      }
+    return out;
+  }
+  const cv::Mat fine = halved_town(level - 1, 2 * column, 2 * row, 2 * width, 2 * height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      int sum = 0, count = 0;
+      for (int i = 0; i < 4; ++i)
+        if (const int v = fine.at<uint8_t>(2 * y + i / 2, 2 * x + i % 2)) sum += v, ++count;
+      out.at<uint8_t>(y, x) = count < 2 ? uint8_t(0) : uint8_t((sum + count / 2) / count);
+    }
+  return out;
+}
+
+TEST_F(BuildTest, MakesEveryLevelOfEdgesAndContoursFromTheSources) {
+  BuildOptions o = options({town()});
+  o.layers = {"edge", "contour"};
+  o.codecs = {{"edge", Codec::kRaw}, {"contour", Codec::kRaw}};  // to read without preparing
+  build_silently(o);
+  const auto pack = Pack::open(o.output.c_str());
+  ASSERT_TRUE(pack) << pack.text();
+  ASSERT_TRUE(pack->verify(true));
+  for (int level = 0; level <= 3; ++level) {
+    const int side = 1 << level;
+    const cv::Rect part(-40 / side, 8 / side, 1808 / side, 1308 / side);  // the image and a little more
+    const cv::Mat gray = halved_town(level, part.x, part.y, part.width, part.height);
+    cv::Mat edges, mask, known, distance;
+    features::edge(gray, gray, edges);
+    features::contours(gray, gray, {}, mask, known);
+    features::contour_distance(mask, known, {}, distance);
+    const auto read = [&](const char* layer) {
+      return read_bytes(*pack, layer, side, part.x, part.y, part.width, part.height);
+    };
+    EXPECT_EQ(cv::countNonZero(read("edge") != edges), 0) << level;
+    EXPECT_EQ(cv::countNonZero(read("contour") != distance), 0) << level;
+    EXPECT_GT(cv::countNonZero(edges), gray.rows * gray.cols * 9 / 10) << level;
+  }
+}
+
+TEST_F(BuildTest, FusesTheDatesAndSaysWhichWentIntoATile) {
+  const BuildOptions o = two_dates();
+  const BuildSummary summary = build_silently(o);
+  ASSERT_EQ(summary.layers.size(), 6u);  // with `agreement`, without heights
+  const auto pack = Pack::open(o.output.c_str());
+  ASSERT_TRUE(pack) << pack.text();
+  ASSERT_TRUE(pack->verify(true));
+  EXPECT_EQ(pack->info().epoch_count, 2u);
+  EXPECT_STREQ(pack->epoch(0)->date, "2018-07-16");
+  const auto epochs = [&](const char* layer, int level, int column) {
+    std::vector<uint16_t> out(8);
+    const int side = 256 << level;
+    const auto count = pack->tile_epochs(*pack->find_layer(layer), level, int((kWest + column) / side),
+                                         int((kNorth - 300) / side), out);
+    EXPECT_TRUE(count) << count.text();
+    out.resize(count ? *count : 0);
+    return out;
+  };
+  using Set = std::vector<uint16_t>;
+  for (const int level : {0, 1}) {
+    EXPECT_EQ(epochs("orientation", level, 200), (Set{0, 1}));
+    EXPECT_EQ(epochs("gray", level, 200), (Set{0}));  // the newest hides the other
+    EXPECT_EQ(epochs("orientation", level, 1200), (Set{1}));
+    EXPECT_EQ(epochs("edge", level, 1200), (Set{1}));
+  }
+  EXPECT_EQ(epochs("agreement", 2, 200), (Set{0, 1}));
+}
+
+TEST_F(BuildTest, MakesAgreementOnlyOfTwoDates) {
+  BuildOptions o = options({town()});
+  o.layers = {"agreement"};
+  expect_failure(o, ExitCode::kUsage, {"agreement", "2 dates", "--date"});
+}
+
+TEST_F(BuildTest, KnowsSetsOfLayers) {
+  BuildOptions o = two_dates();
+  o.set = "standard";
+  o.elevation = ingest::SourceOptions{hills().string(), {}, {}, "ellipsoid"};
+  const BuildSummary summary = build_silently(o);
+  std::map<std::string, Codec> made;
+  for (const LayerSummary& layer : summary.layers) made[layer.name] = layer.codec;
+  EXPECT_EQ(made, (std::map<std::string, Codec>{{"gray", Codec::kJpeg},
+                                                {"overview", Codec::kJpeg},
+                                                {"contour", Codec::kZstd},
+                                                {"orientation", Codec::kContext},
+                                                {"agreement", Codec::kZstd},
+                                                {"height", Codec::kZstd}}));
+  EXPECT_TRUE(Pack::open(o.output.c_str())->verify(true));
+  BuildOptions both = two_dates("both.lfpack");
+  both.set = "standard";
+  both.layers = {"gray"};
+  expect_failure(both, ExitCode::kUsage, {"--set", "--layers"});
+  both.set = "tiny";
+  both.layers.clear();
+  expect_failure(both, ExitCode::kUsage, {"tiny", "all, standard"});
+}
+
+// The older image says that it lies 3 m further east than it does.
+TEST_F(BuildTest, MeasuresShiftsAndRemovesThemWhenAskedTo) {
+  const auto blocks = [](int x, int y) { return texture(x / 7 + 500, y / 7 + 500); };
+  BuildOptions o = options({write("new.tif", image(0, 0, 500, 500, blocks)),
+                            write("old.tif", image(0, 0, 500, 500, [=](int x, int y) { return blocks(x - 3, y); }))});
+  o.images[0].date = "2018-07-16";
+  o.images[1].date = "2009-08-18";
+  const auto parameter = [&] {
+    const auto pack = Pack::open(o.output.c_str());
+    for (uint32_t i = 0; i < pack->info().parameter_count; ++i)
+      if (const auto p = pack->parameter(i); p->first == "shift.old.tif") return std::string(p->second);
+    return std::string();
+  };
+  const BuildSummary measured = build_silently(o);
+  ASSERT_EQ(measured.shifts.size(), 1u);
+  EXPECT_EQ(measured.shifts[0].image, "old.tif");
+  EXPECT_NEAR(measured.shifts[0].alignment.east_m, 3, 0.1);
+  EXPECT_NEAR(measured.shifts[0].alignment.north_m, 0, 0.1);
+  EXPECT_FALSE(measured.shifts[0].removed);
+  EXPECT_NE(parameter().find("m east"), std::string::npos) << parameter();
+  EXPECT_EQ(parameter().find("removed"), std::string::npos);
+  o.align = true;
+  o.force = true;
+  o.layers = {"agreement"};
+  o.codecs = {{"agreement", Codec::kRaw}};
+  EXPECT_TRUE(build_silently(o).shifts[0].removed);
+  EXPECT_NE(parameter().find("removed"), std::string::npos) << parameter();
+  const auto pack = Pack::open(o.output.c_str());
+  EXPECT_LE(pack->info().west_m, kWest - 2);
+  // On the same ground at last: the dates agree.
+  const auto layer = pack->find_layer("agreement");
+  const auto region = pack->box(*layer, kWest + 100, kNorth - 300, kWest + 300, kNorth - 100, 4);
+  cv::Mat both(int(region->height), int(region->width), CV_8UC2), agreement;
+  ASSERT_EQ(pack->read(*region, {both.data, both.total() * 2}, both.step), LF_OK);
+  cv::extractChannel(both, agreement, 0);
+  EXPECT_GT(cv::mean(agreement)[0], 245);
 }
 
 TEST_F(BuildTest, RefusesADemThatDoesNotOverlap) {
@@ -343,7 +517,8 @@ TEST_F(BuildTest, RefusesOptionsThatItCannotServe) {
   };
   refuses(ExitCode::kUsage, "image", [](BuildOptions& o) { o.images.clear(); });
   refuses(ExitCode::kUsage, "nearest is 0.5", [](BuildOptions& o) { o.gsd_m = 0.6; });
-  refuses(ExitCode::kUsage, "gray, overview, height", [](BuildOptions& o) { o.layers = {"grey"}; });
+  refuses(ExitCode::kUsage, "gray, overview, edge, contour, orientation, agreement, height",
+          [](BuildOptions& o) { o.layers = {"grey"}; });
   refuses(ExitCode::kUsage, "--dem", [](BuildOptions& o) { o.layers = {"height"}; });
   refuses(ExitCode::kUsage, "no such layer", [](BuildOptions& o) { o.codecs["grey"] = Codec::kRaw; });
   refuses(ExitCode::kUsage, "1 to 100", [](BuildOptions& o) { o.jpeg_quality = 0; });

@@ -2,13 +2,14 @@
 #include "builder/catalog/catalog.h"
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <fstream>
 
 #include "builder/catalog/hash.h"
-#include "builder/hex.h"
 #include "builder/error.h"
+#include "builder/hex.h"
 
 namespace landfix::catalog {
 namespace {
@@ -63,6 +64,82 @@ TEST_F(CatalogTest, ContinuesWhereTheFingerprintIsEqual) {
   EXPECT_TRUE(catalog.is_done({"source", 0, 2}));
   EXPECT_FALSE(catalog.is_done({"source", 1, 2}));
   EXPECT_EQ(catalog.tiles("gray", 0).size(), 2u);
+}
+
+FinishedTile dated(FinishedTile tile, EpochSet epochs) {
+  tile.epochs = std::move(epochs);
+  return tile;
+}
+
+TEST_F(CatalogTest, KeepsTheEpochsOfTiles) {
+  {
+    Catalog catalog(folder_, "a");
+    std::vector<FinishedTile> first = {dated(tile(9, {1}), {0, 2}), dated(tile(4, {2}), {}),
+                                       dated(tile(5, {3}), {0, 2})};
+    catalog.commit({"source", 0, 1}, first);
+    std::vector<FinishedTile> second = {dated(tile(12, {4}), {500}), dated(tile(13, {5}), {0, 2})};
+    catalog.commit({"source", 0, 2}, second);
+  }
+  Catalog catalog(folder_, "a");
+  EXPECT_EQ(catalog.epoch_sets(), (std::vector<EpochSet>{{0, 2}, {500}})) << "each set once";
+  std::vector<EpochSet> found;
+  for (const schema::TileRecord& record : catalog.tiles("gray", 0)) found.push_back(catalog.epochs_of(record));
+  EXPECT_EQ(found, (std::vector<EpochSet>{{}, {0, 2}, {0, 2}, {500}, {0, 2}}));
+  // What comes later continues the numbers.
+  std::vector<FinishedTile> more = {dated(tile(14, {6}), {1}), dated(tile(15, {7}), {500})};
+  catalog.commit({"source", 0, 3}, more);
+  EXPECT_EQ(more[0].record.epoch_set, 3);
+  EXPECT_EQ(more[1].record.epoch_set, 2);
+}
+
+TEST_F(CatalogTest, StartingOverForgetsEpochs) {
+  {
+    Catalog catalog(folder_, "a");
+    std::vector<FinishedTile> tiles = {dated(tile(9, {1}), {7})};
+    catalog.commit({"source", 0, 1}, tiles);
+  }
+  Catalog catalog(folder_, "b");
+  EXPECT_TRUE(catalog.epoch_sets().empty());
+}
+
+TEST_F(CatalogTest, RefusesMoreSetsOfEpochsThanAPackCanName) {
+  Catalog catalog(folder_, "a");
+  std::vector<FinishedTile> tiles;
+  for (uint16_t i = 0; i < 256; ++i) tiles.push_back(dated(tile(i, {1}), {i}));
+  for (uint64_t job = 0; job < 255; ++job) {
+    for (FinishedTile& t : tiles) t.record.key += 256, t.epochs[0] = uint16_t(t.epochs[0] + 256);
+    catalog.commit({"source", 0, job}, tiles);
+  }
+  EXPECT_EQ(catalog.epoch_sets().size(), 65280u);
+  std::vector<FinishedTile> last;
+  for (uint16_t i = 0; i < 255; ++i) last.push_back(dated(tile(i, {1}), {i}));
+  catalog.commit({"source", 0, 300}, last);  // 65535 sets
+  std::vector<FinishedTile> one_more = {dated(tile(70000, {1}), {0, 1})};
+  try {
+    catalog.commit({"source", 0, 301}, one_more);
+    FAIL() << "65536 sets do not fit 16 bits";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kBadInput);
+  }
+  EXPECT_FALSE(catalog.is_done({"source", 0, 301}));
+  one_more[0].epochs = {3};
+  catalog.commit({"source", 0, 301}, one_more);
+  EXPECT_TRUE(catalog.is_done({"source", 0, 301}));
+}
+
+TEST_F(CatalogTest, StartsOverWhereATileNamesEpochsThatAreNotThere) {
+  {
+    Catalog catalog(folder_, "a");
+    std::vector<FinishedTile> tiles = {dated(tile(9, {1}), {7})};
+    catalog.commit({"source", 0, 1}, tiles);
+  }
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((folder_ / "catalog.sqlite").c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, "DELETE FROM epoch_set", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  Catalog catalog(folder_, "a");
+  EXPECT_EQ(catalog.jobs_found(), 0u);
+  EXPECT_NE(catalog.note().find("damaged"), std::string::npos);
 }
 
 TEST_F(CatalogTest, StartsOverForOtherInputs) {

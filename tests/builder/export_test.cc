@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <map>
 
@@ -116,7 +117,7 @@ TEST_F(PackWriterTest, WritesHeaderAndSectionsAsSpecified) {
   const auto header = record_at<Header>(file, 0);
   EXPECT_EQ(0, std::memcmp(header.magic, "\x89LFP\r\n\x1A\n", 8));
   EXPECT_EQ(header.version_major, 1);
-  EXPECT_EQ(header.version_minor, 0);
+  EXPECT_EQ(header.version_minor, 1);
   EXPECT_EQ(header.page_size, 4096u);
   EXPECT_EQ(header.file_length, file.size());
   EXPECT_EQ(statistics.file_bytes, file.size());
@@ -202,6 +203,95 @@ TEST_F(PackWriterTest, WritesTheManifest) {
   EXPECT_EQ(m.parameters()->Get(0)->value()->str(), "1");
   const std::string secret = "secret";  // where the inputs lay is nobody's business
   EXPECT_EQ(std::search(file.begin(), file.end(), secret.begin(), secret.end()), file.end());
+}
+
+// Tiles of three sets of epochs, in the order of `sets`; what a tile shows is the same whatever this order is.
+Drawing dated(std::vector<catalog::EpochSet> sets) {
+  Drawing d = draw();
+  d.description.sources.resize(3, d.description.sources[0]);
+  d.description.epochs = {{"2018-07-16", {0, 2}}, {"2009-08-18", {1}}, {"", {}}};
+  const catalog::EpochSet wanted[] = {{1, 2}, {0}, {0, 1, 2}};
+  const auto number_of = [&](const catalog::EpochSet& set) {
+    return uint16_t(std::find(sets.begin(), sets.end(), set) - sets.begin() + 1);
+  };
+  for (PackLayer& layer : d.description.layers)
+    for (PackLevel& level : layer.levels)
+      for (TileRecord& tile : level.tiles)
+        if (tile.key % 3) tile.epoch_set = number_of(wanted[tile.key % 5 % 3]);
+  d.description.epoch_sets = std::move(sets);
+  return d;
+}
+
+TEST_F(PackWriterTest, WritesEpochsAndTheSetsInUse) {
+  // {1, 2} comes first in the file: tile 1000 names it; {0, 1} is named by nobody.
+  const Drawing d = dated({{0, 1}, {0, 1, 2}, {1, 2}, {0}});
+  write_pack(path_, d.description, d.reader());
+  const std::vector<uint8_t> file = bytes_of_file(path_);
+  const schema::Manifest& m = *schema::GetManifest(file.data() + 4096);
+  ASSERT_EQ(m.epochs()->size(), 3u);
+  EXPECT_EQ(m.epochs()->Get(0)->date()->str(), "2018-07-16");
+  EXPECT_EQ(m.epochs()->Get(0)->sources()->Get(1), 2);
+  EXPECT_EQ(m.epochs()->Get(2)->date(), nullptr);
+  ASSERT_EQ(m.epoch_sets()->size(), 3u);
+  EXPECT_EQ(m.epoch_sets()->Get(0)->epochs()->Get(0), 1);
+  const uint64_t directory = record_at<Header>(file, 0).block_table_offset + 4 * 64;
+  for (uint64_t i = 0; i < 303; ++i) {
+    const auto tile = record_at<TileRecord>(file, directory + i * 64);
+    if (tile.key % 3 == 0) {
+      EXPECT_EQ(tile.epoch_set, 0) << "not stated";
+      continue;
+    }
+    ASSERT_TRUE(tile.epoch_set >= 1 && tile.epoch_set <= 3);
+    const auto& set = *m.epoch_sets()->Get(tile.epoch_set - 1u)->epochs();
+    const catalog::EpochSet wanted[] = {{1, 2}, {0}, {0, 1, 2}};
+    EXPECT_EQ(catalog::EpochSet(set.begin(), set.end()), wanted[tile.key % 5 % 3]) << tile.key;
+  }
+  EXPECT_EQ(record_at<TileRecord>(file, directory).epoch_set, 1) << "numbers count up in the order of the tiles";
+}
+
+TEST_F(PackWriterTest, GivesTheSameBytesWhateverOrderTheSetsWereFoundIn) {
+  // Twice the same set, too: two jobs may have found it.
+  const Drawing d = dated({{0, 1}, {0, 1, 2}, {1, 2}, {0}});
+  Drawing other = dated({{0}, {1, 2}, {0, 1, 2}});
+  other.description.epoch_sets.push_back({0});
+  for (TileRecord& tile : other.description.layers[0].levels[0].tiles)
+    if (tile.epoch_set == 1 && tile.key % 2 == 0) tile.epoch_set = 4;
+  write_pack(path_, d.description, d.reader());
+  write_pack(folder_ / "b.lfpack", other.description, other.reader());
+  EXPECT_EQ(bytes_of_file(path_), bytes_of_file(folder_ / "b.lfpack"));
+}
+
+TEST_F(PackWriterTest, RefusesEpochsThatNoReaderWouldTake) {
+  const std::pair<const char*, std::function<void(PackDescription&)>> changes[] = {
+      {"a tile of a set that is not there", [](auto& d) { d.layers[0].levels[0].tiles[9].epoch_set = 5; }},
+      {"a set of an epoch that is not there",
+       [](auto& d) {
+         d.epoch_sets[0] = {0, 3};
+       }},
+      {"an empty set", [](auto& d) { d.epoch_sets[0].clear(); }},
+      {"a set that is not ascending",
+       [](auto& d) {
+         d.epoch_sets[0] = {1, 0};
+       }},
+      {"an epoch twice",
+       [](auto& d) {
+         d.epoch_sets[0] = {1, 1};
+       }},
+      {"a source that is not there", [](auto& d) { d.epochs[0].sources = {3}; }},
+      {"sources that are not ascending",
+       [](auto& d) {
+         d.epochs[0].sources = {2, 0};
+       }},
+      {"oldest first", [](auto& d) { std::swap(d.epochs[0], d.epochs[1]); }},
+      {"undated first", [](auto& d) { std::swap(d.epochs[1], d.epochs[2]); }},
+      {"too many", [](auto& d) { d.epochs.resize(65536); }},
+  };
+  for (const auto& [name, change] : changes) {
+    Drawing d = dated({{0, 1}, {0, 1, 2}, {1, 2}, {0}});
+    change(d.description);
+    EXPECT_THROW(write_pack(path_, d.description, d.reader()), Error) << name;
+    EXPECT_EQ(files(), 0u) << name;
+  }
 }
 
 TEST_F(PackWriterTest, GivesTheSameBytesAndReplacesAFile) {

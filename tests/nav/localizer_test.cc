@@ -185,7 +185,7 @@ TEST(Localizer, KeepsTwoLookAlikesUntilTheViewTellsThemApart) {
   flight.displace(-75, 0);
   const Fix fix = flight.look();
   ASSERT_EQ(fix.status, Status::kOk);
-  EXPECT_LT(fix.peak_gap, 0.02);
+  EXPECT_GT(fix.ambiguity, 0.95);
   EXPECT_GT(fix.covariance_m2[0], 70 * 70);  // two modes 150 m apart: 75² and a little
   EXPECT_NEAR(probability_near(flight.localizer.filter(), 0, 0, 10), 0.5, 0.15);
   EXPECT_NEAR(probability_near(flight.localizer.filter(), 150, 0, 10), 0.5, 0.15);
@@ -214,7 +214,7 @@ TEST(Localizer, FindsItselfFromFarOffOnACoarserLevel) {
     last = flight.look();
   }
   EXPECT_EQ(last.gsd_m, 0.25);
-  EXPECT_GT(last.ncc, 0.9);
+  EXPECT_GT(last.score, 0.9);
   EXPECT_LT(std::hypot(last.east_m - flight.truth().east_m, last.north_m - flight.truth().north_m), 0.1);
   EXPECT_LT(flight.error_m(), 0.5);
 }
@@ -273,8 +273,8 @@ TEST(Localizer, NeverAveragesAwayWhatHasChanged) {
     fix = other.look();
   }
   ASSERT_EQ(fix.status, Status::kOk);
-  EXPECT_NEAR(fix.ncc, 0.7, 0.1);
-  const double change_m = 3 * (1 - fix.ncc);
+  EXPECT_NEAR(fix.score, 0.7, 0.1);
+  const double change_m = 3 * (1 - fix.score);
   EXPECT_GT(other.localizer.estimate().covariance_m2[0], 0.16 + 0.8 * change_m * change_m);
   EXPECT_LT(same.localizer.estimate().covariance_m2[0], 0.5 * other.localizer.estimate().covariance_m2[0]);
 }

@@ -45,7 +45,7 @@ double reference(const GridImage& patch, const GridImage& window, int u, int v, 
 }
 
 void expect_like_reference(const GridImage& patch, const GridImage& window, double min_coverage) {
-  Matcher matcher(min_coverage);
+  Ncc matcher(min_coverage);
   GridImage surface;
   ASSERT_EQ(matcher.match(patch, window, surface), Status::kOk);
   const double all = patch.valid.empty() ? double(patch.pixels.total()) : cv::countNonZero(patch.valid);
@@ -67,7 +67,7 @@ TEST(Ncc, EqualsOpenCvWhereNothingIsMasked) {
   cv::Mat patch = map(cv::Rect(30, 50, 128, 120)).clone(), expected;
   patch = patch * 0.6 + testing::random_texture(128, 120, 2) * 0.2;
   cv::matchTemplate(map, patch, expected, cv::TM_CCOEFF_NORMED);
-  Matcher matcher;
+  Ncc matcher;
   GridImage surface;
   ASSERT_EQ(matcher.match(image(patch), image(map), surface), Status::kOk);
   ASSERT_EQ(surface.pixels.size(), expected.size());
@@ -82,7 +82,7 @@ TEST(Ncc, EqualsOpenCvForTemplatesWhoseSquaresOverflow32Bits) {
   map *= 255;
   cv::Mat patch = map(cv::Rect(7, 9, 600, 500)).clone(), expected;
   cv::matchTemplate(map, patch, expected, cv::TM_CCOEFF_NORMED);
-  Matcher matcher;
+  Ncc matcher;
   GridImage surface;
   ASSERT_EQ(matcher.match(image(patch), image(map), surface), Status::kOk);
   EXPECT_LT(cv::norm(surface.pixels, expected, cv::NORM_INF), 1e-3);
@@ -101,7 +101,7 @@ TEST(Ncc, EqualsItsDefinitionUnderMasks) {
 }
 
 TEST(Ncc, OneMatcherServesChangingSizes) {
-  Matcher matcher;
+  Ncc matcher;
   const cv::Mat map = testing::random_texture(300, 300, 6);
   for (int size : {200, 40, 120, 41}) {
     const cv::Mat window = map(cv::Rect(0, 0, size + 20, size + 31));
@@ -117,7 +117,7 @@ TEST(Ncc, FlatPlacesCountZero) {
   cv::Mat map = testing::random_texture(120, 60, 7);
   map.colRange(0, 60).setTo(200);
   const cv::Mat patch = map(cv::Rect(80, 10, 32, 32)).clone();
-  Matcher matcher;
+  Ncc matcher;
   GridImage surface;
   ASSERT_EQ(matcher.match(image(patch), image(map), surface), Status::kOk);
   EXPECT_TRUE(cv::checkRange(surface.pixels));
@@ -131,7 +131,7 @@ TEST(Ncc, SurfaceLiesWhereThePatchOriginLies) {
   // east 1000 + 25·0.5 + 8, north 2000 − 13·0.5 − 6.
   const cv::Mat map = testing::random_texture(100, 90, 8);
   const GridImage window{map, {}, 1000, 2000, 0.5}, patch{map(cv::Rect(25, 13, 40, 30)), {}, -8, 6, 0.5};
-  Matcher matcher;
+  Ncc matcher;
   GridImage surface;
   ASSERT_EQ(matcher.match(patch, window, surface), Status::kOk);
   cv::Point top;
@@ -147,7 +147,7 @@ TEST(Ncc, CountsIndependentPixelsByTheAutocorrelation) {
   cv::RNG(4).fill(noise, cv::RNG::NORMAL, 0, 200);
   cv::GaussianBlur(noise, noise, {25, 25}, 3);
   noise.convertTo(texture, CV_8U, 1, 128);
-  Matcher matcher;
+  Ncc matcher;
   EXPECT_EQ(matcher.independent_pixels(), 0);
   GridImage surface;
   ASSERT_EQ(matcher.match(image(texture(cv::Rect(20, 20, 200, 200))), image(texture), surface), Status::kOk);
@@ -156,7 +156,7 @@ TEST(Ncc, CountsIndependentPixelsByTheAutocorrelation) {
 
 TEST(Ncc, RefusesWhatItCannotUse) {
   const GridImage map = image(testing::random_texture(50, 50, 9)), patch = image(testing::random_texture(20, 20, 9));
-  Matcher matcher;
+  Ncc matcher;
   GridImage surface;
   EXPECT_EQ(matcher.match({}, map, surface), Status::kBadImage);
   EXPECT_EQ(matcher.match(patch, image(cv::Mat(50, 50, CV_32F, cv::Scalar(1))), surface), Status::kBadImage);

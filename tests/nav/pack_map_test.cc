@@ -23,9 +23,9 @@ TEST(PackMap, MarksHolesAndWhatLiesBeyondTheMap) {
   const landfix::tests::OpenPack pack(landfix::tests::small_pack());
   ASSERT_EQ(pack.status(), LF_OK);
   const PackMap map(*pack);
-  EXPECT_EQ(map.gsd_range_m(), std::make_pair(1.0, 2.0));
+  EXPECT_EQ(map.gsd_range_m(MapLayer::kGray), std::make_pair(1.0, 2.0));
   features::GridImage window;
-  ASSERT_EQ(map.read_gray(kWestM - 10, kSouthM - 10, kEastM + 10, kNorthM + 10, 1, window), nav::Status::kOk);
+  ASSERT_EQ(map.read(MapLayer::kGray, kWestM - 10, kSouthM - 10, kEastM + 10, kNorthM + 10, 1, window), nav::Status::kOk);
   const auto valid = [&](double east_m, double north_m) {
     return window.valid.at<uint8_t>(int(std::lround(window.row_of(kSouthM + north_m))),
                                     int(std::lround(window.column_of(kWestM + east_m))));
@@ -40,13 +40,13 @@ TEST(PackMap, MarksHolesAndWhatLiesBeyondTheMap) {
   EXPECT_EQ(valid(640.5, 0.5), 0);
   EXPECT_EQ(valid(767.5, 511.5), 255);
   EXPECT_EQ(valid(767.5, 512.5), 0);
-  ASSERT_EQ(map.read_gray(kWestM + 10, kSouthM + 10, kWestM + 60, kSouthM + 50, 2, window), nav::Status::kOk);
+  ASSERT_EQ(map.read(MapLayer::kGray, kWestM + 10, kSouthM + 10, kWestM + 60, kSouthM + 50, 2, window), nav::Status::kOk);
   EXPECT_EQ(window.gsd_m, 2);
   EXPECT_TRUE(window.valid.empty());
-  EXPECT_EQ(map.read_gray(0, 0, 100, 100, 1, window), nav::Status::kOutsideMap);
-  EXPECT_EQ(map.read_gray(kWestM + 300, kSouthM + 50, kWestM + 400, kSouthM + 150, 1, window),
+  EXPECT_EQ(map.read(MapLayer::kGray, 0, 0, 100, 100, 1, window), nav::Status::kOutsideMap);
+  EXPECT_EQ(map.read(MapLayer::kGray, kWestM + 300, kSouthM + 50, kWestM + 400, kSouthM + 150, 1, window),
             nav::Status::kOutsideMap);
-  EXPECT_EQ(map.read_gray(std::nan(""), 0, 100, 100, 1, window), nav::Status::kMapError);
+  EXPECT_EQ(map.read(MapLayer::kGray, std::nan(""), 0, 100, 100, 1, window), nav::Status::kMapError);
 }
 
 TEST(PackMap, CarriesAFix) {
@@ -63,7 +63,7 @@ TEST(PackMap, CarriesAFix) {
   ASSERT_EQ(pack.status(), LF_OK);
   const PackMap map(*pack);
   features::GridImage ground;
-  ASSERT_EQ(map.read_gray(kWestM, kSouthM, kEastM, kNorthM, 1, ground), nav::Status::kOk);
+  ASSERT_EQ(map.read(MapLayer::kGray, kWestM, kSouthM, kEastM, kNorthM, 1, ground), nav::Status::kOk);
 
   const Camera camera = camera_from_field_of_view(240, 180, 1);
   const testing::Pose pose{kWestM + 400, kSouthM + 260, 150, {0.1, -0.05, 2}};
@@ -74,7 +74,7 @@ TEST(PackMap, CarriesAFix) {
   EXPECT_EQ(fix.time_s, 7);
   EXPECT_EQ(fix.ground_height_m, 100);
   EXPECT_EQ(fix.gsd_m, 1);
-  EXPECT_GT(fix.ncc, 0.9);
+  EXPECT_GT(fix.score, 0.9);
   EXPECT_LT(std::hypot(fix.east_m - pose.east_m, fix.north_m - pose.north_m), 0.3);
 }
 

@@ -113,6 +113,95 @@ TEST(Rectify, LooksNoFartherThanThreeHeights) {
   EXPECT_EQ(rectify_default(image, camera, {0, 120 * kDegree, 0}, 50, 1), Status::kNothingVisible);
 }
 
+/// The wavy ground through a lens: every pixel's ray, found by Newton's method, against the patch's way round.
+cv::Mat wavy_picture(const Camera& camera, const Attitude& attitude, double height_m) {
+  const Lens lens(camera);
+  const Eigen::Matrix3d enu = enu_from_camera(attitude);
+  cv::Mat image = cv::Mat::zeros(camera.height, camera.width, CV_8U);
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x) {
+      Eigen::Vector3d in_camera;
+      if (!lens.ray_of({double(x), double(y)}, in_camera)) continue;
+      const Eigen::Vector3d ray = enu * in_camera, p = ray * height_m / -ray.z();
+      image.at<uint8_t>(y, x) = uint8_t(std::lround(gray_at(p.x(), p.y())));
+    }
+  return image;
+}
+
+TEST(Rectify, TakesTheDistortionOutInTheSameStep) {
+  Camera camera = camera_from_field_of_view(320, 240, 60 * kDegree);
+  for (const Distortion& lens : {Distortion{-0.28, 0.07, 0.001, -0.0005, 0}, Distortion{0.12, -0.05, 0, 0.002, 0.01}}) {
+    camera.distortion = lens;
+    for (const Attitude& attitude : {Attitude{0, 0, 0.4}, Attitude{0.2, 0.15, 2.5}}) {
+      GridImage patch;
+      ASSERT_EQ(rectify(wavy_picture(camera, attitude, 60), camera, attitude, 60, 0.5, patch), Status::kOk);
+      EXPECT_GT(cv::countNonZero(patch.valid), 11000);
+      double worst = 0;
+      for (int y = 0; y < patch.pixels.rows; ++y)
+        for (int x = 0; x < patch.pixels.cols; ++x)
+          if (patch.valid.at<uint8_t>(y, x)) {
+            const double expected = gray_at(patch.west_m + (x + 0.5) * 0.5, patch.north_m - (y + 0.5) * 0.5);
+            worst = std::max(worst, std::abs(patch.pixels.at<uint8_t>(y, x) - expected));
+          }
+      EXPECT_LT(worst, 2.5) << lens.k1;  // as without distortion; without its removal the corners are 4 m off
+    }
+  }
+}
+
+TEST(Rectify, ShowsNothingFromBeyondTheLensFold) {
+  // 110° across with k1 = −0.4: the fold, r = 0.9129, lies at 102 of 160 pixels from the centre, and no ray meets a
+  // pixel farther out. Seen is the disc of 60 · 0.9129 = 54.8 m around the camera, or of 52 m without its thin rim that
+  // the patch's half pixel and the side of the image leave out.
+  Camera camera = camera_from_field_of_view(320, 240, 110 * kDegree);
+  camera.distortion = {-0.4};
+  const cv::Mat image = wavy_picture(camera, {}, 60);
+  GridImage patch;
+  ASSERT_EQ(rectify(image, camera, {}, 60, 0.5, patch), Status::kOk);
+  const double fold_m = 60 * 0.91287;
+  int valid = 0;
+  for (int y = 0; y < patch.pixels.rows; ++y)
+    for (int x = 0; x < patch.pixels.cols; ++x)
+      if (patch.valid.at<uint8_t>(y, x)) {
+        ++valid;
+        EXPECT_LE(std::hypot(patch.west_m + (x + 0.5) * 0.5, patch.north_m - (y + 0.5) * 0.5), fold_m);
+      }
+  EXPECT_NEAR(valid, M_PI * fold_m * fold_m / 0.25, 0.02 * valid);
+}
+
+TEST(Rectify, KeepsColoursInTheirOrder) {
+  const Camera camera = camera_from_field_of_view(320, 240, 60 * kDegree);
+  for (int bands : {3, 4}) {
+    const cv::Mat image(240, 320, CV_8UC(bands), cv::Scalar(200, 100, 50, 25));
+    for (const Distortion& lens : {Distortion{}, Distortion{-0.1}}) {
+      Camera bent = camera;
+      bent.distortion = lens;
+      GridImage patch;
+      ASSERT_EQ(rectify(image, bent, {0, 0, 0.3}, 60, 1, patch), Status::kOk);
+      ASSERT_EQ(patch.pixels.type(), CV_8UC(bands));
+      const cv::Scalar mean = cv::mean(patch.pixels, patch.valid);
+      for (int band = 0; band < bands; ++band) EXPECT_NEAR(mean[band], 200 / (1 << band), 1e-9);
+    }
+  }
+}
+
+TEST(Rectify, LeavesOutItsOwnAirframe) {
+  // A skid across the lower quarter of the image, rows 180 to 239, drawn white; the rest of the scene is dark.
+  Camera camera = camera_from_field_of_view(320, 240, 60 * kDegree);
+  cv::Mat image(240, 320, CV_8U, cv::Scalar(10));
+  image.rowRange(180, 240).setTo(255);
+  camera.mask = image < 128;
+  for (double gsd_m : {0.25, 0.5, 2.0}) {
+    GridImage patch;
+    ASSERT_EQ(rectify(image, camera, {0, 0, 0}, 60, gsd_m, patch), Status::kOk);
+    double highest;
+    cv::minMaxLoc(patch.pixels, nullptr, &highest, nullptr, nullptr, patch.valid);
+    EXPECT_EQ(highest, 10) << gsd_m;
+    // The skid begins 60 rows below the middle: 13.0 m south of the camera. Nothing else is lost.
+    const double south_m = patch.north_m - patch.valid.rows * gsd_m;
+    EXPECT_NEAR(south_m, -60 * 60 / camera.fy, 1.5 * gsd_m + 3 * 60 / camera.fy);
+  }
+}
+
 TEST(Rectify, RefusesWhatItCannotUse) {
   const Camera camera = camera_from_field_of_view(64, 48, 1);
   const cv::Mat image(48, 64, CV_8U, cv::Scalar(1));
@@ -127,11 +216,18 @@ TEST(Rectify, RefusesWhatItCannotUse) {
   EXPECT_EQ(rectify_default(image, camera, {}, -3, 1), Status::kBelowGround);
   EXPECT_EQ(rectify_default(image, camera, {}, 50, 1e-4), Status::kTooLarge);
   EXPECT_EQ(rectify_default({}, camera, {}, 50, 1), Status::kBadImage);
-  EXPECT_EQ(rectify_default(cv::Mat(48, 64, CV_8UC3), camera, {}, 50, 1), Status::kBadImage);
+  EXPECT_EQ(rectify_default(cv::Mat(48, 64, CV_16U), camera, {}, 50, 1), Status::kBadImage);
+  EXPECT_EQ(rectify_default(cv::Mat(48, 64, CV_8UC(5)), camera, {}, 50, 1), Status::kBadImage);
   EXPECT_EQ(rectify_default(cv::Mat(48, 63, CV_8U), camera, {}, 50, 1), Status::kBadImage);
   Camera broken = camera;
   broken.fx = 0;
   EXPECT_EQ(rectify_default(image, broken, {}, 50, 1), Status::kBadValue);
+  broken = camera;
+  broken.mask = cv::Mat::ones(48, 63, CV_8U);
+  EXPECT_EQ(rectify_default(image, broken, {}, 50, 1), Status::kBadImage);
+  broken = camera;
+  broken.mask = cv::Mat::zeros(48, 64, CV_8U);
+  EXPECT_EQ(rectify_default(image, broken, {}, 50, 1), Status::kNothingVisible);
 }
 
 }  // namespace

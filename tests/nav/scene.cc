@@ -29,8 +29,14 @@ ImageMap::ImageMap(const features::GridImage& finest, int levels, double ground_
   }
 }
 
-Status ImageMap::read_gray(double west_m, double south_m, double east_m, double north_m, double gsd_m,
-                           features::GridImage& window) const {
+std::pair<double, double> ImageMap::gsd_range_m(MapLayer layer) const {
+  if (layer != MapLayer::kGray) return {0, 0};
+  return {levels_.front().gsd_m, levels_.back().gsd_m};
+}
+
+Status ImageMap::read(MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                      features::GridImage& window) const {
+  if (layer != MapLayer::kGray) return Status::kNoLayer;
   for (const features::GridImage& level : levels_) {
     if (level.gsd_m != gsd_m) continue;
     const int left = int(std::floor((west_m - level.west_m) / gsd_m)),

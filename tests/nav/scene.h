@@ -25,13 +25,13 @@ class Random {
   cv::RNG rng_;
 };
 
-/// A map of one image, its coarser levels by averaging, on ground of one height.
+/// A gray map of one image, its coarser levels by averaging, on ground of one height.
 class ImageMap : public MapSource {
  public:
   ImageMap(const features::GridImage& finest, int levels, double ground_height_m);
-  std::pair<double, double> gsd_range_m() const override { return {levels_.front().gsd_m, levels_.back().gsd_m}; }
-  Status read_gray(double west_m, double south_m, double east_m, double north_m, double gsd_m,
-                   features::GridImage& window) const override;
+  std::pair<double, double> gsd_range_m(MapLayer layer) const override;
+  Status read(MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
+              features::GridImage& window) const override;
   std::optional<double> ground_height_m(double, double) const override { return ground_height_m_; }
 
  private:

@@ -81,7 +81,9 @@ Drawing with_heights() {
   height.name = "height";
   height.format = {tiles::PixelType::kI16, 1, -32768};
   height.value_step = 0.1f;
-  Drawing d{.layers = {small_gray(), height}};
+  Drawing d{.layers = {small_gray(), height, small_bits()}};
+  d.description.epochs = {{"2018-07-16", {}}};
+  d.layers[0].epochs = [](char) -> catalog::EpochSet { return {0}; };
   d.description.geoid = ingest::GeoidGrid{"egm96", kWestM - 1000, kSouthM - 1000, 4000, 2, 2, {40, 41, 42, 43}};
   return d;
 }
@@ -116,6 +118,7 @@ TEST(Allocation, NoneInAnyQueryOfRawLayers) {
   const lf_pack* p = pack->c_pack();
   std::vector<uint8_t> pixels(1 << 20);
   std::vector<float> heights(1 << 20);
+  std::vector<uint64_t> bits(1 << 16);
   lf_status worst = LF_OK;
   const auto check = [&](lf_status s) { worst = worst == LF_OK ? s : worst; };
   int tiles_seen = 0;
@@ -137,6 +140,16 @@ TEST(Allocation, NoneInAnyQueryOfRawLayers) {
       check(lf_tile_view(p, gray, 0, kWestX, kSouthY, &tile));
       check(lf_ellipse_region(p, height, &ellipse, 2, &r));
       check(lf_read_heights(p, &r, heights.data(), r.width * sizeof(float), heights.size() * sizeof(float)));
+      uint32_t orientation, count;
+      check(lf_find_layer(p, "orientation", &orientation));
+      check(lf_ellipse_region(p, orientation, &ellipse, 1, &r));
+      check(lf_read_bits(p, &r, bits.data(), 16, 1 << 14, bits.size()));
+      uint16_t epochs[4];
+      lf_epoch_info epoch;
+      lf_epoch_range range;
+      check(lf_get_epoch(p, 0, &epoch));
+      check(lf_tile_epochs(p, gray, 0, kWestX, kSouthY, epochs, 4, &count));
+      check(lf_region_epochs(p, &r, &range));
       double value;
       lf_height_source source;
       check(lf_height(p, kWestM + 255.9, kSouthM + 256.1, &value, &source));

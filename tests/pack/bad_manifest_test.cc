@@ -30,6 +30,11 @@ struct TestLayer {
   bool newer_field = false;  ///< a field that this version does not know
 };
 
+struct TestEpoch {
+  std::string date;
+  std::vector<uint16_t> sources;
+};
+
 // The manifest of the small map, every number of it free to change.
 struct TestManifest {
   uint8_t zone = 32;
@@ -42,6 +47,8 @@ struct TestManifest {
   double geoid_west_m = 0, geoid_spacing_m = 1000;
   uint32_t geoid_columns = 2, geoid_rows = 3;
   std::vector<float> undulation_m = {1, 2, 3, 4, 5, 6};
+  std::vector<TestEpoch> epochs = {{"2018-07-16", {0}}, {"2009-08-18", {}}, {"", {}}};
+  std::vector<std::vector<uint16_t>> epoch_sets = {{0}, {0, 2}};
   bool newer_field = false;
   std::string identifier = "LFPM";
 
@@ -65,8 +72,19 @@ Offset<schema::Layer> encode(FlatBufferBuilder& b, const TestLayer& l) {
   return layer.Finish();
 }
 
+Offset<schema::Epoch> encode(FlatBufferBuilder& b, const TestEpoch& e) {
+  const auto date = b.CreateString(e.date);
+  return schema::CreateEpoch(b, date, b.CreateVector(e.sources));
+}
+
 Bytes TestManifest::bytes() const {
   FlatBufferBuilder b;
+  std::vector<Offset<schema::Epoch>> epoch_offsets;
+  for (const TestEpoch& e : epochs) epoch_offsets.push_back(encode(b, e));
+  const auto epoch_vector = b.CreateVector(epoch_offsets);
+  std::vector<Offset<schema::EpochSet>> set_offsets;
+  for (const auto& set : epoch_sets) set_offsets.push_back(schema::CreateEpochSet(b, b.CreateVector(set)));
+  const auto set_vector = b.CreateVector(set_offsets);
   std::vector<Offset<schema::Layer>> layer_offsets;
   for (const TestLayer& l : layers) layer_offsets.push_back(encode(b, l));
   const auto layer_vector = b.CreateVector(layer_offsets);
@@ -91,12 +109,14 @@ Bytes TestManifest::bytes() const {
   if (has_geoid) m.add_geoid(geoid);
   m.add_plane_height_m(plane_height_m);
   m.add_georegistration_error_m(georegistration_error_m);
+  m.add_epochs(epoch_vector);
+  m.add_epoch_sets(set_vector);
   if (newer_field) b.AddOffset(flatbuffers::FieldIndexToOffset(20), later);
   b.Finish(m.Finish(), identifier.c_str());
   return {b.GetBufferPointer(), b.GetBufferPointer() + b.GetSize()};
 }
 
-Bytes with_manifest(const Bytes& manifest, uint16_t version_minor = 0) {
+Bytes with_manifest(const Bytes& manifest, uint16_t version_minor = schema::kVersionMinor) {
   static const Bytes small = small_pack();
   Patch p(small);
   p.replace_manifest(manifest);
@@ -115,7 +135,12 @@ TEST(HostileManifest, AnotherOneOfTheSameMapOpens) {
   const OpenPack pack(with_manifest(TestManifest{}.bytes()));
   ASSERT_EQ(pack.status(), LF_OK);
   EXPECT_EQ(*pack->verify(true), 9u);
+  EXPECT_EQ(pack->info().epoch_count, 3u);
   EXPECT_EQ(status_with([](TestManifest& m) { m.has_geoid = false; }), LF_OK);
+  EXPECT_EQ(status_with([](TestManifest& m) { m.epochs.clear(), m.epoch_sets.clear(); }), LF_OK);
+  EXPECT_EQ(status_with([](TestManifest& m) { m.epochs[1].date = m.epochs[0].date; }), LF_OK);  // other bands, say
+  for (const int16_t nodata : {0, 1})
+    EXPECT_EQ(status_with([=](TestManifest& m) { m.layers[0].pixel_type = 2, m.layers[0].nodata = nodata; }), LF_OK);
 }
 
 TEST(HostileManifest, RangesAreChecked) {
@@ -165,6 +190,31 @@ TEST(HostileManifest, RangesAreChecked) {
        }},
       {"u8 nodata 256", [](TestManifest& m) { m.layers[0].nodata = 256; }},
       {"u8 nodata -1", [](TestManifest& m) { m.layers[0].nodata = -1; }},
+      {"bit nodata 2", [](TestManifest& m) { m.layers[0].pixel_type = 2, m.layers[0].nodata = 2; }},
+      {"bit nodata -1", [](TestManifest& m) { m.layers[0].pixel_type = 2, m.layers[0].nodata = -1; }},
+      {"epochs oldest first", [](TestManifest& m) { std::swap(m.epochs[0], m.epochs[1]); }},
+      {"undated before dated", [](TestManifest& m) { std::swap(m.epochs[1], m.epochs[2]); }},
+      {"epoch of a source that is not there", [](TestManifest& m) { m.epochs[1].sources = {1}; }},
+      {"epoch of a source twice",
+       [](TestManifest& m) {
+         m.epochs[1].sources = {0, 0};
+       }},
+      {"set of an epoch that is not there",
+       [](TestManifest& m) {
+         m.epoch_sets[1] = {0, 3};
+       }},
+      {"set of no epoch", [](TestManifest& m) { m.epoch_sets[1].clear(); }},
+      {"set of an epoch twice",
+       [](TestManifest& m) {
+         m.epoch_sets[1] = {1, 1};
+       }},
+      {"set not ascending",
+       [](TestManifest& m) {
+         m.epoch_sets[1] = {2, 0};
+       }},
+      {"sets without epochs", [](TestManifest& m) { m.epochs.clear(); }},
+      {"65536 epochs", [](TestManifest& m) { m.epochs.assign(65536, {}); }},
+      {"65536 sets", [](TestManifest& m) { m.epoch_sets.assign(65536, {0}); }},
   };
   for (const auto& [name, change] : changes) EXPECT_EQ(status_with(change), LF_DAMAGED) << name;
 }
@@ -227,7 +277,9 @@ TEST(NewerMinor, UnknownLayersAndFieldsAreSkipped) {
   m.layers.push_back({.name = "complex", .pixel_type = 1, .channels = 2, .levels = {{3, 99, 1, 1}}});
   m.layers.push_back({.name = "roads", .kind = 1, .levels = {}});
   m.layers.push_back({.name = "nothing", .channels = 0, .levels = {}});
-  for (const uint16_t minor : {0, 1, 65535}) {
+  m.layers.push_back({.name = "no bits", .pixel_type = 2, .channels = 0, .levels = {}});
+  m.layers.push_back({.name = "many bits", .pixel_type = 2, .channels = 17, .levels = {}});
+  for (const uint16_t minor : {0, 1, 2, 65535}) {
     const OpenPack pack(with_manifest(m.bytes(), minor));
     ASSERT_EQ(pack.status(), LF_OK) << minor;
     EXPECT_EQ(pack->info().version_minor, minor);
@@ -238,7 +290,7 @@ TEST(NewerMinor, UnknownLayersAndFieldsAreSkipped) {
     ASSERT_EQ(got.status, LF_OK);
     EXPECT_EQ(got.pixels[0], pattern({'a', 0, 0, 0, 0}));
     // What an unknown layer uses is no stray data in a newer version; this version knows all its layers.
-    EXPECT_EQ(pack->verify(true).status(), minor == 0 ? LF_DAMAGED : LF_OK) << minor;
+    EXPECT_EQ(pack->verify(true).status(), minor <= 1 ? LF_DAMAGED : LF_OK) << minor;
   }
 }
 

@@ -185,9 +185,15 @@ TEST(HostileHeader, ReservedBytesAreFoundByTheDeepCheck) {
   EXPECT_EQ(deep(hostile_header([](Header& h) { h.reserved_signature = 1; })), LF_DAMAGED);
   EXPECT_EQ(deep(hostile_header([](Header& h) { h.reserved[3799] = 1; })), LF_DAMAGED);
   EXPECT_EQ(deep(hostile([](Patch& p) { p.blocks()[1].reserved = 1; })), LF_DAMAGED);
-  EXPECT_EQ(deep(hostile([](Patch& p) { p.tiles(p.blocks()[1])[0].reserved[2] = 1; })), LF_DAMAGED);
+  EXPECT_EQ(deep(hostile([](Patch& p) { p.tiles(p.blocks()[1])[0].reserved = 1; })), LF_DAMAGED);
   // A newer minor version may have given them a meaning.
-  EXPECT_EQ(deep(hostile_header([](Header& h) { h.version_minor = 1, h.reserved[0] = 1; })), LF_OK);
+  EXPECT_EQ(deep(hostile_header([](Header& h) { h.version_minor = 2, h.reserved[0] = 1; })), LF_OK);
+  EXPECT_EQ(deep(hostile([](Patch& p) {
+              p.header().version_minor = 2;
+              p.blocks()[1].reserved = 1;
+              p.tiles(p.blocks()[1])[0].reserved = 1;
+            })),
+            LF_OK);
 }
 
 TEST(HostileBlocks, WhatTheTableSaysIsCheckedOnOpening) {
@@ -238,7 +244,8 @@ TEST(HostileTiles, EveryFieldIsCheckedOnFirstTouch) {
   EXPECT_EQ(with([](TileRecord& t) { t.length = 65535; }), LF_DAMAGED);
   EXPECT_EQ(with([](TileRecord& t) { t.length = UINT32_MAX; }), LF_DAMAGED);
   EXPECT_EQ(with([](TileRecord& t) { t.hash.bytes[0] ^= 1; }), LF_DAMAGED);
-  EXPECT_EQ(with([](TileRecord& t) { t.codec = 3; }), LF_UNKNOWN_VERSION);
+  EXPECT_EQ(with([](TileRecord& t) { t.codec = 4; }), LF_UNKNOWN_VERSION);
+  EXPECT_EQ(with([](TileRecord& t) { t.epoch_set = 1; }), LF_DAMAGED);  // the pack names no epochs
   // Misaligned, although the bytes and their hash are right.
   EXPECT_EQ(read_status(hostile([](Patch& p) {
               TileRecord& t = p.tiles(p.blocks()[0])[3];

@@ -2,6 +2,7 @@
 // API.
 #include <sodium.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -65,6 +66,13 @@ json source_of(const schema::Source& s) {
           {"gsd_m", s.gsd_m()}};
 }
 
+json indices_of(const flatbuffers::Vector<uint16_t>* indices) {
+  json out = json::array();
+  if (indices)
+    for (const uint16_t i : *indices) out.push_back(i);
+  return out;
+}
+
 json geoid_of(const schema::Geoid* g) {
   if (g == nullptr) return nullptr;
   json nodes = json::array();
@@ -97,6 +105,12 @@ json manifest_of(const schema::Manifest& m) {
   if (m.parameters())
     for (const auto* p : *m.parameters())
       parameters.push_back({{"name", text(p->name())}, {"value", text(p->value())}});
+  json epochs = json::array(), sets = json::array();
+  if (m.epochs())
+    for (const auto* e : *m.epochs())
+      epochs.push_back({{"date", text(e->date())}, {"sources", indices_of(e->sources())}});
+  if (m.epoch_sets())
+    for (const auto* s : *m.epoch_sets()) sets.push_back(indices_of(s->epochs()));
   const schema::Bounds& b = *m.bounds();
   return {{"grid", {{"zone", m.grid()->zone()}, {"north", m.grid()->north()}}},
           {"bounds", {b.west_m(), b.south_m(), b.east_m(), b.north_m()}},
@@ -106,7 +120,9 @@ json manifest_of(const schema::Manifest& m) {
           {"plane_height_m", m.plane_height_m()},
           {"georegistration_error_m", double(m.georegistration_error_m())},
           {"builder", text(m.builder())},
-          {"parameters", parameters}};
+          {"parameters", parameters},
+          {"epochs", epochs},
+          {"epoch_sets", sets}};
 }
 
 json block_of(const schema::BlockRecord& b) {
@@ -123,6 +139,12 @@ json tile_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index, co
   if (!region || pack.prepare(*region) != LF_OK) throw std::runtime_error("a tile that cannot be prepared");
   const auto view = pack.tile(layer, index.level, index.x, index.y);
   if (!view) throw std::runtime_error(view.text());
+  std::array<uint16_t, 64> epochs_of_tile;
+  const auto count = pack.tile_epochs(layer, index.level, index.x, index.y, epochs_of_tile);
+  if (!count) throw std::runtime_error(count.text());
+  const json epochs(std::vector<uint16_t>(epochs_of_tile.begin(), epochs_of_tile.begin() + *count));
+  const size_t bytes =
+      pack.layer(layer)->pixel_type == LF_BIT ? 8192u * pack.layer(layer)->channels : size_t(view->row_bytes) * 256;
   return {{"layer", pack.layer(layer)->name},
           {"level", index.level},
           {"x", index.x},
@@ -131,10 +153,11 @@ json tile_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index, co
           {"offset", t.offset},
           {"length", t.length},
           {"codec", t.codec},
+          {"epochs", epochs},
           {"value_offset", double(t.value_offset)},
           {"value_step", double(t.value_step)},
           {"hash", hex(t.hash.bytes)},
-          {"pixels", digest({static_cast<const uint8_t*>(view->pixels), size_t(view->row_bytes) * 256})}};
+          {"pixels", digest({static_cast<const uint8_t*>(view->pixels), bytes})}};
 }
 
 }  // namespace

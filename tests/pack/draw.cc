@@ -18,24 +18,47 @@ using schema::TileRecord;
 using tiles::TileIndex;
 using Bytes = std::vector<uint8_t>;
 
+// Where schemas/FORMAT.md section 3.4 says that a pixel lies.
+void draw_pixel(const tiles::TileFormat& f, size_t row, size_t column, size_t channel, int value, Bytes& out) {
+  const size_t pixel = (row * tiles::kTilePixels + column) * f.channels + channel;
+  const auto i16 = int16_t(value);
+  switch (f.type) {
+    case tiles::PixelType::kU8:
+      out[pixel] = uint8_t(value);
+      break;
+    case tiles::PixelType::kI16:
+      std::memcpy(&out[2 * pixel], &i16, 2);
+      break;
+    case tiles::PixelType::kBit:
+      out[8192 * channel + 32 * row + column / 8] |= uint8_t(value << column % 8);
+      break;
+  }
+}
+
 Bytes draw_pixels(const DrawnLayer& layer, const TileIndex& tile, char letter) {
   Bytes pixels(layer.format.bytes());
-  uint8_t* out = pixels.data();
   for (int row = 0; row < tiles::kTilePixels; ++row)
     for (int column = 0; column < tiles::kTilePixels; ++column)
       for (int channel = 0; channel < layer.format.channels; ++channel) {
-        const auto value = int16_t(layer.pixel(
-            {letter, tile.level, tiles::first_column(tile) + column, tiles::first_row(tile) + row, channel}));
-        const size_t bytes = tiles::bytes_of(layer.format.type);
-        std::memcpy(out, &value, bytes);
-        out += bytes;
+        const int value = layer.pixel(
+            {letter, tile.level, tiles::first_column(tile) + column, tiles::first_row(tile) + row, channel});
+        draw_pixel(layer.format, size_t(row), size_t(column), size_t(channel), value, pixels);
       }
   return pixels;
 }
 
+// The number of a set of epochs in the description, which gains it where it lacks it.
+uint16_t number_of(const catalog::EpochSet& set, std::vector<catalog::EpochSet>& sets) {
+  if (set.empty()) return 0;
+  const auto place = std::find(sets.begin(), sets.end(), set);
+  const auto number = uint16_t(place - sets.begin() + 1);
+  if (place == sets.end()) sets.push_back(set);
+  return number;
+}
+
 // Tiles in Hilbert order; the record's offset is the index of its data in `stored`.
 exporter::PackLevel draw_level(const DrawnLayer& layer, const DrawnLevel& drawn, ingest::GridBounds& bounds,
-                               std::vector<Bytes>& stored) {
+                               std::vector<Bytes>& stored, std::vector<catalog::EpochSet>& epoch_sets) {
   std::map<uint64_t, TileRecord> records;
   const auto rows = int32_t(std::count(drawn.map.begin(), drawn.map.end(), '\n'));
   TileIndex tile{drawn.level, drawn.west_x, drawn.south_y + rows};
@@ -54,6 +77,7 @@ exporter::PackLevel draw_level(const DrawnLayer& layer, const DrawnLevel& drawn,
       record.offset = stored.size();
       record.length = uint32_t(data.size());
       record.codec = uint8_t(codec);
+      record.epoch_set = number_of(layer.epochs(letter), epoch_sets);
       record.value_offset = layer.value_offset;
       record.value_step = layer.value_step;
       crypto_generichash(record.hash.bytes, sizeof record.hash.bytes, data.data(), data.size(), nullptr, 0);
@@ -82,7 +106,8 @@ std::vector<uint8_t> draw(const Drawing& drawing) {
   ingest::GridBounds bounds;
   for (const DrawnLayer& layer : drawing.layers) {
     exporter::PackLayer out{layer.name, layer.description, layer.format, {}};
-    for (const DrawnLevel& level : layer.levels) out.levels.push_back(draw_level(layer, level, bounds, stored));
+    for (const DrawnLevel& level : layer.levels)
+      out.levels.push_back(draw_level(layer, level, bounds, stored, d.epoch_sets));
     d.layers.push_back(std::move(out));
   }
   if (d.bounds.empty()) d.bounds = bounds;

@@ -31,11 +31,13 @@ struct DrawnLevel {
 struct DrawnLayer {
   std::string name = "gray";
   tiles::TileFormat format;
-  std::vector<DrawnLevel> levels;  ///< finest first
-  std::function<int(const PixelOf&)> pixel;
+  std::vector<DrawnLevel> levels;            ///< finest first
+  std::function<int(const PixelOf&)> pixel;  ///< bit layers: 0 or 1
   std::function<tiles::Codec(char letter)> codec = [](char) { return tiles::Codec::kRaw; };
   float value_offset = 0, value_step = 0;  ///< i16 layers
   std::string description;
+  /// Indices into the description's epochs; empty: not stated.
+  std::function<catalog::EpochSet(char letter)> epochs = [](char) { return catalog::EpochSet(); };
 };
 
 struct Drawing {

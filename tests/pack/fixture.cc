@@ -33,6 +33,10 @@ DrawnLayer gray() {
   layer.description = "luma of the newest date";
   layer.levels = {{0, kWestX, kSouthY, "ab\nc."}, {1, kWestX >> 1, kSouthY >> 1, "p"}};
   layer.pixel = gray_hills;
+  layer.epochs = [](char letter) -> catalog::EpochSet {
+    if (letter == 'c') return {0, 1};
+    return {0};
+  };
   layer.codec = [](char letter) { return letter == 'a' ? Codec::kRaw : letter == 'b' ? Codec::kZstd : Codec::kJpeg; };
   return layer;
 }
@@ -46,6 +50,28 @@ DrawnLayer overview() {
     return int(30 + hills(p.column + 20 * p.channel, 50) + hills(p.row, 60 + 20 * p.channel));
   };
   layer.codec = [](char) { return Codec::kJpeg; };
+  return layer;
+}
+
+// Which way two families of hills rise, as ternary orientation: planes a+, a-, b+, b-. Flat ground has neither.
+int orientation_hills(const PixelOf& p) {
+  const int64_t scale = int64_t(1) << p.level, x = p.column * scale, y = p.row * scale;
+  if (p.letter == 'c' && hills(x, 60) + hills(y, 60) < 30) return 1;  // ponds without data
+  const int64_t a = hills(x + 2 * y, 70) + hills(y, 90) - 80, b = hills(x, 50) - hills(x + y, 40);
+  const bool planes[] = {a > 12, a<-12, b> 8, b < -8};
+  return planes[p.channel];
+}
+
+DrawnLayer orientation() {
+  DrawnLayer layer = gray();
+  layer.name = "orientation";
+  layer.description = "doubled-angle orientation of both dates";
+  layer.format = {tiles::PixelType::kBit, 4, 1};
+  layer.pixel = orientation_hills;
+  layer.codec = [](char letter) {
+    return letter == 'a' ? Codec::kRaw : letter == 'b' ? Codec::kZstd : tiles::Codec::kContext;
+  };
+  layer.epochs = [](char) -> catalog::EpochSet { return {0, 1}; };
   return layer;
 }
 
@@ -93,6 +119,7 @@ exporter::PackDescription description() {
   dem.source.vertical_datum = "egm96";
   dem.source.gsd_m = 4;
   d.sources = {newest, older, dem};
+  d.epochs = {{"2021-06-30", {0}}, {"2009-08-18", {1}}};
   d.geoid = ingest::GeoidGrid{
       "egm96", 496000, 4996000, 4000, 3, 3, {46.5f, 46.75f, 47, 47.25f, 47.5f, 47.75f, 48, 48.25f, 48.5f}};
   return d;
@@ -125,13 +152,16 @@ Bytes as_is(const Bytes& pack) {
 }  // namespace
 
 std::vector<uint8_t> draw_fixture() {
-  Bytes pack = draw({.layers = {gray(), overview(), height()}, .description = description()});
+  Bytes pack = draw({.layers = {gray(), overview(), orientation(), height()}, .description = description()});
   sign(pack);
   return pack;
 }
 
 std::vector<std::pair<std::string, std::vector<uint8_t>>> draw_fuzz_seeds() {
-  DrawnLayer packed = gray(), masked = gray(), colour = overview(), flat = gray();
+  DrawnLayer packed = gray(), masked = gray(), colour = overview(), flat = gray(), bits = orientation();
+  for (DrawnLayer* layer : {&packed, &masked, &flat}) layer->epochs = [](char) { return catalog::EpochSet(); };
+  bits.codec = [](char letter) { return letter == 'a' ? Codec::kZstd : tiles::Codec::kContext; };
+  bits.pixel = [](const PixelOf& p) { return int((p.column >> 5 & 1) == (p.channel & 1)); };
   packed.codec = [](char) { return Codec::kZstd; };
   packed.pixel = [](const PixelOf& p) { return int(1 + (p.column >> 5 & 7) * 16); };
   masked.codec = [](char) { return Codec::kJpeg; };
@@ -148,6 +178,7 @@ std::vector<std::pair<std::string, std::vector<uint8_t>>> draw_fuzz_seeds() {
           {"jpeg", compact(draw({.layers = {masked}}))},
           {"equal_tiles", compact(draw(plain))},
           {"all_layers", compact(draw(full))},
+          {"bits", compact(draw({.layers = {bits}, .description = description()}))},
           {"as_is", as_is(signed_pack)}};
 }
 

@@ -8,7 +8,7 @@
 
 namespace landfix::tests {
 
-/// schemas/fixtures/small.lfpack: every kind of layer, codec and manifest field of version 1.0, signed with the
+/// schemas/fixtures/small.lfpack: every kind of layer, codec and manifest field of version 1.1, signed with the
 /// fixtures' key. The bytes of compressed tiles depend on the versions of libzstd and libjpeg-turbo.
 std::vector<uint8_t> draw_fixture();
 

@@ -5,7 +5,10 @@
 #include <jconfig.h>
 #include <zstd.h>
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "tests/pack/draw.h"
 #include "tests/pack/patch.h"
@@ -14,6 +17,7 @@
 namespace landfix::tests {
 namespace {
 
+std::vector<uint8_t> version_1_0() { return read_file(LANDFIX_FIXTURES "/version_1_0.lfpack"); }
 std::vector<uint8_t> fixture() { return read_file(LANDFIX_FIXTURES "/small.lfpack"); }
 
 // The public key of the fixtures' README.
@@ -25,7 +29,58 @@ TEST(Fixture, IsSmallSignedAndWhole) {
   EXPECT_LE(fixture().size(), 200000u);
   const OpenPack pack(fixture(), {.copy = false, .trusted_keys = {kKey}});
   ASSERT_EQ(pack.status(), LF_OK);
+  EXPECT_EQ(*pack->verify(true), 10u);
+}
+
+TEST(Fixture, OfTheFirstVersionIsReadAsEver) {
+  const OpenPack pack(version_1_0(), {.copy = false, .trusted_keys = {kKey}});
+  ASSERT_EQ(pack.status(), LF_OK);
+  EXPECT_EQ(pack->info().version_minor, 0);
+  EXPECT_EQ(pack->info().layer_count, 3u);
+  EXPECT_EQ(pack->info().epoch_count, 0u);
   EXPECT_EQ(*pack->verify(true), 6u);
+  // The raw tile, which no compressor has touched, is the same in both versions.
+  const OpenPack newest(fixture());
+  const auto old_tile = pack->tile(0, 0, 1952, 19529), tile = newest->tile(0, 0, 1952, 19529);
+  ASSERT_TRUE(old_tile);
+  ASSERT_TRUE(tile);
+  EXPECT_EQ(std::memcmp(old_tile->pixels, tile->pixels, 65536), 0);
+}
+
+TEST(Fixture, OrientationIsTheSameInEveryCodec) {
+  // Tiles a (raw), b (Zstandard) and c (context, with ponds without data) against the values that were drawn.
+  const OpenPack pack(fixture());
+  const uint32_t layer = pack.layer("orientation");
+  ASSERT_EQ(pack->layer(layer)->pixel_type, LF_BIT);
+  const lf_info i = pack->info();
+  const Region r = *pack->box(layer, i.west_m, i.south_m, i.west_m + 512, i.south_m + 512, 1);
+  ASSERT_EQ(pack->prepare(r), LF_OK);
+  std::vector<uint64_t> out(4 * 8 * 512);
+  ASSERT_EQ(pack->read_bits(r, out, 8, 8 * 512), LF_OK);
+  size_t without_data = 0, plus = 0, minus = 0;
+  for (size_t w = 0; w < 8 * 512; ++w) {
+    const uint64_t a_plus = out[w], a_minus = out[4096 + w], b_plus = out[8192 + w], b_minus = out[12288 + w];
+    const uint64_t nodata = a_plus & a_minus & b_plus & b_minus;
+    EXPECT_EQ(a_plus & a_minus, nodata) << "plus and minus together mean nodata, and in both channels";
+    EXPECT_EQ(b_plus & b_minus, nodata);
+    without_data += size_t(std::popcount(nodata));
+    plus += size_t(std::popcount(a_plus & ~nodata)), minus += size_t(std::popcount(a_minus & ~nodata));
+  }
+  EXPECT_GT(without_data, 65536u) << "the hole, and the ponds";
+  EXPECT_LT(without_data, 65536u * 5 / 4);
+  EXPECT_GT(plus, 50000u);
+  EXPECT_GT(minus, 50000u);
+}
+
+TEST(Fixture, EpochsOfItsTiles) {
+  const OpenPack pack(fixture());
+  ASSERT_EQ(pack->info().epoch_count, 2u);
+  EXPECT_STREQ(pack->epoch(0)->date, "2021-06-30");
+  EXPECT_EQ(pack->epoch(1)->sources[0], 1);
+  std::array<uint16_t, 4> out{};
+  EXPECT_EQ(*pack->tile_epochs(pack.layer("gray"), 0, 1952, 19529, out), 1u);
+  EXPECT_EQ(*pack->tile_epochs(pack.layer("orientation"), 0, 1952, 19529, out), 2u);
+  EXPECT_EQ(*pack->tile_epochs(pack.layer("height"), 2, 488, 4882, out), 0u);
 }
 
 TEST(Fixture, DrawnAgainItHasTheSameBytes) {

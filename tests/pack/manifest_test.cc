@@ -44,7 +44,7 @@ TEST(Manifest, InfoIsWhatWasWritten) {
   const OpenPack pack(draw(described()));
   const lf_info i = pack->info();
   EXPECT_EQ(i.version_major, 1);
-  EXPECT_EQ(i.version_minor, 0);
+  EXPECT_EQ(i.version_minor, 1);
   EXPECT_EQ(i.zone, 33);
   EXPECT_EQ(i.north, 0);
   EXPECT_EQ(i.is_signed, 0);
@@ -52,6 +52,7 @@ TEST(Manifest, InfoIsWhatWasWritten) {
   EXPECT_EQ(i.layer_count, 2u);
   EXPECT_EQ(i.source_count, 2u);
   EXPECT_EQ(i.parameter_count, 2u);
+  EXPECT_EQ(i.epoch_count, 0u);
   // The height tile of 2048 m and the pixels of level 1 around the map of 768 m.
   EXPECT_EQ(i.west_m, (kWestX >> 3) * 2048.0);
   EXPECT_EQ(i.south_m, (kSouthY >> 3) * 2048.0);

@@ -269,6 +269,11 @@ TEST(Arguments, NullIsAnErrorEverywhere) {
   uint64_t cursor = 0;
   uint8_t pixels[4];
   float heights[4];
+  uint64_t words[4];
+  uint16_t epochs[1];
+  uint32_t count;
+  lf_epoch_info epoch;
+  lf_epoch_range range;
   double d;
   const char* text;
   uint32_t layer;
@@ -297,6 +302,17 @@ TEST(Arguments, NullIsAnErrorEverywhere) {
                            lf_read_heights(nullptr, &r, heights, 4, 16),
                            lf_read_heights(p, nullptr, heights, 4, 16),
                            lf_read_heights(p, &r, nullptr, 4, 16),
+                           lf_read_bits(nullptr, &r, words, 1, 1, 4),
+                           lf_read_bits(p, nullptr, words, 1, 1, 4),
+                           lf_read_bits(p, &r, nullptr, 1, 1, 4),
+                           lf_get_epoch(nullptr, 0, &epoch),
+                           lf_get_epoch(p, 0, nullptr),
+                           lf_tile_epochs(nullptr, 0, 0, 0, 0, epochs, 1, &count),
+                           lf_tile_epochs(p, 0, 0, kWestX, kSouthY, nullptr, 1, &count),
+                           lf_tile_epochs(p, 0, 0, kWestX, kSouthY, epochs, 1, nullptr),
+                           lf_region_epochs(nullptr, &r, &range),
+                           lf_region_epochs(p, nullptr, &range),
+                           lf_region_epochs(p, &r, nullptr),
                            lf_tile_view(nullptr, 0, 0, 0, 0, &tile),
                            lf_tile_view(p, 0, 0, 0, 0, nullptr),
                            lf_next_tile(nullptr, &r, nullptr, &cursor, &tile),

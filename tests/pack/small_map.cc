@@ -17,6 +17,22 @@ DrawnLayer small_gray(tiles::Codec codec) {
   return layer;
 }
 
+int bit_pattern(const PixelOf& p) {
+  if (std::isupper(p.letter) && (p.column & 255) >= 128) return 1;
+  // A product of odd numbers mixes the low bits upwards; the channel picks one of those above.
+  const auto mixed = uint32_t((p.letter * 259 + (p.column & 255)) * 2654435761u ^ (p.row & 255) * 2246822519u);
+  const int a = int((mixed * 3266489917u >> 29) % 3) - 1, b = int((mixed * 668265263u >> 28) % 3) - 1;
+  return p.channel == 0 ? a > 0 : p.channel == 1 ? a < 0 : p.channel == 2 ? b > 0 : b < 0;
+}
+
+DrawnLayer small_bits(tiles::Codec codec) {
+  DrawnLayer layer = small_gray(codec);
+  layer.name = "orientation";
+  layer.format = {tiles::PixelType::kBit, 4, 1};
+  layer.pixel = bit_pattern;
+  return layer;
+}
+
 std::vector<uint8_t> small_pack(tiles::Codec codec) {
   Drawing drawing{.layers = {small_gray(codec)}};
   drawing.description.bounds = {kWestM, kSouthM, kEastM, kNorthM};

@@ -20,6 +20,11 @@ int pattern(const PixelOf& pixel);
 ///   d.E      rs
 DrawnLayer small_gray(tiles::Codec codec = tiles::Codec::kRaw);
 
+/// The same map as ternary orientation: planes a+, a-, b+, b-, nodata 1. Bits tell letters, planes and neighbouring
+/// pixels apart; capital letters are without data in their eastern half.
+int bit_pattern(const PixelOf& pixel);
+DrawnLayer small_bits(tiles::Codec codec = tiles::Codec::kRaw);
+
 /// The pack of small_gray() alone; its bounds are those of level 0.
 std::vector<uint8_t> small_pack(tiles::Codec codec = tiles::Codec::kRaw);
 

@@ -17,7 +17,8 @@ using tests::Random;
 using Bytes = std::vector<uint8_t>;
 
 constexpr size_t kPixels = 65536;
-constexpr TileFormat kGray{PixelType::kU8, 1, 0}, kRgb{PixelType::kU8, 3, 0}, kHeight{PixelType::kI16, 1, -32768};
+constexpr TileFormat kGray{PixelType::kU8, 1, 0}, kRgb{PixelType::kU8, 3, 0}, kHeight{PixelType::kI16, 1, -32768},
+    kOrientation{PixelType::kBit, 4, 1};
 
 // Smooth hills: what lossy coding serves well. Never 0.
 Bytes smooth(const TileFormat& f) {
@@ -35,6 +36,28 @@ Bytes noise(const TileFormat& f, uint64_t seed) {
   Bytes pixels(f.bytes());
   std::generate(pixels.begin(), pixels.end(), [&] { return random.byte(); });
   return pixels;
+}
+
+// Ternary planes a+, a-, b+, b- of smoothed noise, with a corner without data: blobs as orientation has them.
+Bytes ternary() {
+  Random random(11);
+  Bytes planes(kOrientation.bytes());
+  for (int channel = 0; channel < 2; ++channel) {
+    std::vector<int> field(258 * 258);
+    for (int& v : field) v = int(random.integer(-100, 100));
+    for (int pass = 0; pass < 6; ++pass)  // sums of 2 x 2
+      for (size_t i = 0; i + 259 < field.size(); ++i) field[i] += field[i + 1] + field[i + 258] + field[i + 259];
+    for (size_t y = 0; y < 256; ++y)
+      for (size_t x = 0; x < 256; ++x) {
+        const bool nodata = x > 200 && y < 50;
+        const int value = field[258 * y + x];
+        for (const int sign : {0, 1}) {
+          const bool bit = nodata || (sign ? value < -27000 : value > 27000);
+          planes[size_t(2 * channel + sign) * 8192 + 32 * y + x / 8] |= uint8_t(bit << x % 8);
+        }
+      }
+  }
+  return planes;
 }
 
 Bytes decoded(Codec codec, const TileFormat& f, const Bytes& data) {
@@ -59,6 +82,44 @@ TEST(Codec, LosslessRoundTrips) {
     for (const Bytes& pixels : {noise(kHeight, 2), Bytes(kHeight.bytes(), 0x80)})
       EXPECT_EQ(decoded(codec, kHeight, encode(codec, kHeight, pixels)), pixels) << int(codec);
   }
+}
+
+TEST(Codec, BitPlanesRoundTrip) {
+  for (const Codec codec : {Codec::kRaw, Codec::kZstd, Codec::kContext}) {
+    EXPECT_EQ(decoded(codec, kOrientation, encode(codec, kOrientation, ternary())), ternary()) << int(codec);
+    for (const uint8_t channels : {1, 2, 5, 16}) {
+      const TileFormat f{PixelType::kBit, channels, 0};
+      EXPECT_EQ(f.bytes(), 8192u * channels);
+      EXPECT_EQ(f.row_bytes(), 32u);
+      for (const Bytes& planes : {noise(f, channels), Bytes(f.bytes(), 0), Bytes(f.bytes(), 0xFF)})
+        EXPECT_EQ(decoded(codec, f, encode(codec, f, planes)), planes) << int(codec) << " " << int(channels);
+    }
+  }
+}
+
+TEST(Codec, ContextsServeTernaryPlanesBest) {
+  const size_t context = encode(Codec::kContext, kOrientation, ternary()).size(),
+               zstd = encode(Codec::kZstd, kOrientation, ternary(), {.jpeg_quality = 90, .zstd_level = 19}).size();
+  EXPECT_LT(context, 32768u / 2);
+  EXPECT_LT(double(context), 0.7 * double(zstd)) << context << " and " << zstd;
+  // Noise cannot be packed, and hardly grows, by what is learned in vain.
+  EXPECT_LT(encode(Codec::kContext, kOrientation, noise(kOrientation, 3)).size(), 32768u * 102 / 100);
+}
+
+TEST(Codec, ContextBytesAreThoseOfTheFormat) {
+  // One plane of zeros: ever less is cut off the interval from below, so that its bytes are those of the upper end, but
+  // for the lower end that closes them.
+  const TileFormat one{PixelType::kBit, 1, 0};
+  Bytes expected(15, 0xFF);
+  std::ranges::copy(Bytes{0xFA, 0x48, 0x63, 0x0E}, expected.end() - 4);
+  EXPECT_EQ(encode(Codec::kContext, one, Bytes(8192, 0)), expected);
+  // A 1 in the first pixel keeps the lower half, where the upper end is 2^31 - 1.
+  Bytes first(8192, 0);
+  first[0] = 1;
+  expected = Bytes(28, 0xFF);
+  expected.front() = 0x7F;
+  std::ranges::copy(Bytes{0xC5, 0x06, 0xA3, 0xBB}, expected.end() - 4);
+  EXPECT_EQ(encode(Codec::kContext, one, first), expected);
 }
 
 TEST(Codec, JpegKeepsTheImageToItsQuality) {
@@ -141,6 +202,13 @@ TEST(Codec, EncodeRefusesWhatItDoesNotServe) {
   EXPECT_TRUE(encode(Codec::kJpeg, two, Bytes(two.bytes())).empty());
   EXPECT_TRUE(encode(Codec::kRaw, kGray, Bytes(100)).empty());
   EXPECT_TRUE(encode(Codec(9), kGray, Bytes(kGray.bytes())).empty());
+  EXPECT_TRUE(encode(Codec::kContext, kGray, Bytes(kGray.bytes())).empty());
+  EXPECT_TRUE(encode(Codec::kJpeg, kOrientation, ternary()).empty());
+  for (const uint8_t channels : {0, 17}) {
+    const TileFormat planes{PixelType::kBit, channels, 0};
+    EXPECT_TRUE(encode(Codec::kContext, planes, Bytes(planes.bytes())).empty()) << int(channels);
+    EXPECT_FALSE(decodes(Codec::kContext, planes, Bytes(1000))) << int(channels);
+  }
   const TileFormat wide{PixelType::kI16, 2, 0};
   EXPECT_TRUE(encode(Codec::kZstd, wide, Bytes(wide.bytes())).empty());
 }
@@ -156,7 +224,10 @@ TEST(Decode, RefusesEveryTruncation) {
                {Codec::kJpeg, kRgb, encode(Codec::kJpeg, kRgb, smooth(kRgb))},
                {Codec::kZstd, kGray, encode(Codec::kZstd, kGray, holed)},
                {Codec::kZstd, kHeight, encode(Codec::kZstd, kHeight, Bytes(kHeight.bytes(), 3))},
-               {Codec::kRaw, kGray, holed}};
+               {Codec::kZstd, kOrientation, encode(Codec::kZstd, kOrientation, ternary())},
+               {Codec::kContext, kOrientation, encode(Codec::kContext, kOrientation, ternary())},
+               {Codec::kRaw, kGray, holed},
+               {Codec::kRaw, kOrientation, ternary()}};
   for (const auto& c : cases) {
     ASSERT_TRUE(decodes(c.codec, c.format, c.data));
     // Without the last two bytes a JPEG lacks its end marker only.
@@ -170,12 +241,28 @@ TEST(Decode, RefusesEveryTruncation) {
   }
 }
 
+TEST(Decode, TakesNoOtherContextBytesThanTheEncoders) {
+  // The last four bytes could be any of many: only the interval's lower end is taken.
+  const Bytes good = encode(Codec::kContext, kOrientation, ternary());
+  for (size_t back = 1; back <= 4; ++back)
+    for (const int change : {1, 0x80}) {
+      Bytes data = good;
+      data[data.size() - back] ^= uint8_t(change);
+      EXPECT_FALSE(decodes(Codec::kContext, kOrientation, data)) << back << " " << change;
+    }
+  EXPECT_FALSE(decodes(Codec::kContext, kOrientation, Bytes()));
+  EXPECT_FALSE(decodes(Codec::kContext, kOrientation, Bytes(4)));
+}
+
 TEST(Decode, RefusesWhatFollowsTheData) {
   for (const Codec codec : {Codec::kRaw, Codec::kZstd}) {
     Bytes data = encode(codec, kGray, smooth(kGray));
     data.push_back(0);
     EXPECT_FALSE(decodes(codec, kGray, data)) << int(codec);
   }
+  Bytes planes = encode(Codec::kContext, kOrientation, ternary());
+  planes.push_back(0);
+  EXPECT_FALSE(decodes(Codec::kContext, kOrientation, planes));
   // "One frame": neither an empty one behind nor a skippable one before.
   const Bytes frame = encode(Codec::kZstd, kGray, smooth(kGray));
   Bytes empty(64);
@@ -194,7 +281,11 @@ TEST(Decode, SurvivesRandomBytes) {
   const struct {
     Codec codec;
     TileFormat format;
-  } formats[] = {{Codec::kJpeg, kGray}, {Codec::kJpeg, kRgb}, {Codec::kZstd, kGray}, {Codec::kZstd, kHeight}};
+  } formats[] = {{Codec::kJpeg, kGray},
+                 {Codec::kJpeg, kRgb},
+                 {Codec::kZstd, kGray},
+                 {Codec::kZstd, kHeight},
+                 {Codec::kContext, kOrientation}};
   for (const auto& f : formats) {
     const Bytes good =
         encode(f.codec, f.format, f.format.type == PixelType::kU8 ? smooth(f.format) : Bytes(f.format.bytes(), 5));
@@ -261,7 +352,7 @@ TEST(Decode, RefusesAMaskLongerThanTheTile) {
 
 TEST(Decode, RefusesUnknownCodecsAndWrongBuffers) {
   const Bytes raw(kGray.bytes());
-  EXPECT_FALSE(decodes(Codec(3), kGray, raw));
+  EXPECT_FALSE(decodes(Codec(4), kGray, raw));
   Bytes small(100);
   EXPECT_FALSE(decode(Codec::kRaw, kGray, raw, small));
   EXPECT_FALSE(decodes(Codec::kJpeg, kHeight, jpeg_tile(256, 256, 1)));

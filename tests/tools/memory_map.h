@@ -18,13 +18,15 @@ class MemoryMap : public nav::MapSource {
   MemoryMap(const features::GridImage& gray, const features::GridImage& heights)
       : texture_(gray), scene_(gray, heights) {}
 
-  std::pair<double, double> gsd_range_m() const override {
+  std::pair<double, double> gsd_range_m(nav::MapLayer layer) const override {
+    if (layer != nav::MapLayer::kGray) return {0, 0};
     const double finest = texture_.base().gsd_m;
     return {finest, 8 * finest};
   }
 
-  nav::Status read_gray(double west_m, double south_m, double east_m, double north_m, double gsd_m,
-                        features::GridImage& window) const override {
+  nav::Status read(nav::MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                   features::GridImage& window) const override {
+    if (layer != nav::MapLayer::kGray) return nav::Status::kNoLayer;
     window.gsd_m = gsd_m;
     window.west_m = gsd_m * std::floor(west_m / gsd_m);
     window.north_m = gsd_m * std::ceil(north_m / gsd_m);

@@ -33,7 +33,7 @@ GridImage random_window(const Pack& pack, int side_px, std::mt19937_64& random) 
   };
   const double west = between(map.west_m, map.east_m - side_px), south = between(map.south_m, map.north_m - side_px);
   GridImage window;
-  const nav::Status status = nav::PackMap(pack).read_gray(west, south, west + side_px, south + side_px, 1, window);
+  const nav::Status status = nav::PackMap(pack).read(nav::MapLayer::kGray, west, south, west + side_px, south + side_px, 1, window);
   if (status != nav::Status::kOk)
     throw Error(ExitCode::kBadPack, "the benchmark's pack cannot be read: " + std::string(nav::to_text(status)));
   return window;
@@ -49,7 +49,7 @@ GridImage patch_of(const GridImage& window, const Size& size, std::mt19937_64& r
 
 void compare(const Pack& pack, const Size& size, Report& report) {
   std::mt19937_64 random(11);
-  nav::Matcher matcher;
+  nav::Ncc matcher;
   std::vector<double> ours, theirs;
   double worst = 0;
   for (int i = 0; i < kPlaces; ++i) {

@@ -21,6 +21,9 @@ void bench_lookups(const Data& data, const Options& options, Report& report);
 /// Normalized cross-correlation of runtime/nav against cv::matchTemplate.
 void bench_correlation(const Data& data, const Options& options, Report& report);
 
+/// Ternary correlation of runtime/kernels against cv::matchTemplate; needs no data.
+void bench_kernels(const Data& data, const Options& options, Report& report);
+
 /// Building a pack against making a COG and a tile pyramid of the same image; on a real image too where LANDFIX_DATA
 /// names the folder.
 void bench_build_time(const Data& data, const Options& options, Report& report);

@@ -31,6 +31,18 @@ ordered_json bounds_json(const Pack& pack, const lf_info& info) {
   return b;
 }
 
+const char* name_of(uint8_t pixel_type) {
+  switch (pixel_type) {
+    case LF_U8:
+      return "u8";
+    case LF_I16:
+      return "i16";
+    case LF_BIT:
+      return "bit";
+  }
+  return "unknown";
+}
+
 ordered_json layer_json(const Pack& pack, uint32_t index) {
   const lf_layer_info layer = *pack.layer(index);
   ordered_json levels = ordered_json::array();
@@ -38,12 +50,8 @@ ordered_json layer_json(const Pack& pack, uint32_t index) {
     const lf_level_info level = *pack.level(index, i);
     levels.push_back({{"level", level.level}, {"gsd_m", level.gsd_m}, {"tiles", level.tile_count}});
   }
-  return {{"name", layer.name},
-          {"description", layer.description},
-          {"pixel_type", layer.pixel_type == LF_U8 ? "u8" : "i16"},
-          {"channels", layer.channels},
-          {"nodata", layer.nodata},
-          {"levels", levels}};
+  return {{"name", layer.name},         {"description", layer.description}, {"pixel_type", name_of(layer.pixel_type)},
+          {"channels", layer.channels}, {"nodata", layer.nodata},           {"levels", levels}};
 }
 
 ordered_json source_json(const Pack& pack, uint32_t index) {
@@ -58,6 +66,12 @@ ordered_json source_json(const Pack& pack, uint32_t index) {
           {"licence", text_or_null(s.licence)},
           {"attribution", text_or_null(s.attribution)},
           {"sha256", hex(s.sha256)}};
+}
+
+// The images of a date by their place in the list of sources.
+ordered_json epoch_json(const Pack& pack, uint32_t index) {
+  const lf_epoch_info e = *pack.epoch(index);
+  return {{"date", text_or_null(e.date)}, {"sources", std::vector<uint16_t>(e.sources, e.sources + e.source_count)}};
 }
 
 }  // namespace
@@ -75,9 +89,11 @@ std::string zone_name(const tiles::Zone& zone) {
 ordered_json manifest_json(const Pack& pack) {
   const lf_info info = pack.info();
   const tiles::Zone zone = zone_of(pack);
-  ordered_json layers = ordered_json::array(), sources = ordered_json::array(), parameters = ordered_json::object();
+  ordered_json layers = ordered_json::array(), sources = ordered_json::array(), epochs = ordered_json::array(),
+               parameters = ordered_json::object();
   for (uint32_t i = 0; i < info.layer_count; ++i) layers.push_back(layer_json(pack, i));
   for (uint32_t i = 0; i < info.source_count; ++i) sources.push_back(source_json(pack, i));
+  for (uint32_t i = 0; i < info.epoch_count; ++i) epochs.push_back(epoch_json(pack, i));
   for (uint32_t i = 0; i < info.parameter_count; ++i) {
     const char *name, *value;
     check(lf_get_parameter(pack.c_pack(), i, &name, &value), "parameter");
@@ -97,6 +113,7 @@ ordered_json manifest_json(const Pack& pack) {
            info.georegistration_error_m < 0 ? ordered_json(nullptr) : ordered_json(info.georegistration_error_m)},
           {"layers", layers},
           {"sources", sources},
+          {"epochs", epochs},
           {"parameters", parameters}};
 }
 

@@ -41,11 +41,11 @@ std::string csv_line(const Record& r, const tiles::Zone& zone) {
                       estimate_longitude, estimate_latitude, c[0], 0.5 * (c[1] + c[2]), c[3]);
   line += fmt::format("{:.3f},{:.3f},{:.3f},{:.3f},{},", r.dead_reckoning_east_m, r.dead_reckoning_north_m, error_m(r),
                       dead_reckoning_error_m(r), inside_3_sigma(r) ? 1 : 0);
-  if (r.gnss) return line + "gnss,,,,,,\n";
+  if (r.gnss) return line + "gnss,,,,,,,,\n";
   const nav::Fix& f = r.fix;
-  if (f.status != nav::Status::kOk) return line + fmt::format("failed:{},,,,,,\n", int(f.status));
-  return line + fmt::format("fix,{:.3f},{:.3f},{:.4f},{:.4f},{:.3f},{:.4f}\n", f.east_m, f.north_m, f.ncc, f.peak_gap,
-                            f.weight, f.gsd_m);
+  if (f.status != nav::Status::kOk) return line + fmt::format("failed:{},,,,,,,,\n", int(f.status));
+  return line + fmt::format("fix,{:.3f},{:.3f},{},{:.4f},{:.4f},{:.4f},{:.3f},{:.4f}\n", f.east_m, f.north_m,
+                            nav::name_of(f.method), f.score, f.ambiguity, f.probability, f.weight, f.gsd_m);
 }
 
 /// Grid coordinates to pixels of the picture.
@@ -91,10 +91,10 @@ Extent extent_of(const std::vector<Record>& records) {
 Canvas canvas_over(const Extent& e, const nav::MapSource& map, int size_px) {
   Canvas canvas;
   const double wanted_gsd = std::max(e.east - e.west, e.north - e.south) / size_px;
-  const auto [finest, coarsest] = map.gsd_range_m();
+  const auto [finest, coarsest] = map.gsd_range_m(nav::MapLayer::kGray);
   double gsd = finest;
   while (2 * gsd <= std::min(wanted_gsd, coarsest)) gsd *= 2;
-  const nav::Status status = map.read_gray(e.west, e.south, e.east, e.north, gsd, canvas.window);
+  const nav::Status status = map.read(nav::MapLayer::kGray, e.west, e.south, e.east, e.north, gsd, canvas.window);
   if (status != nav::Status::kOk) {
     throw Error(ExitCode::kNoData, std::string("picture of the tracks: ") + nav::to_text(status));
   }
@@ -171,10 +171,11 @@ void draw_scale_bar(Canvas& canvas) {
 void write_track_csv(const std::filesystem::path& file, const std::vector<Record>& records, const tiles::Zone& zone) {
   std::string text =
       "time_s,distance_m,gnss,truth_east_m,truth_north_m,truth_height_m,truth_longitude_deg,truth_latitude_deg,"
-      "roll_deg,pitch_deg,heading_grid_deg,estimate_east_m,estimate_north_m,estimate_longitude_deg,estimate_latitude_"
-      "deg,"
+      "roll_deg,pitch_deg,heading_grid_deg,estimate_east_m,estimate_north_m,estimate_longitude_deg,"
+      "estimate_latitude_deg,"
       "covariance_ee_m2,covariance_en_m2,covariance_nn_m2,dead_reckoning_east_m,dead_reckoning_north_m,error_m,"
-      "dead_reckoning_error_m,inside_3_sigma,fix_status,fix_east_m,fix_north_m,ncc,peak_gap,weight,map_gsd_m\n";
+      "dead_reckoning_error_m,inside_3_sigma,fix_status,fix_east_m,fix_north_m,"
+      "matcher,score,ambiguity,probability,weight,map_gsd_m\n";
   for (const Record& record : records) text += csv_line(record, zone);
   tools::write_text(file.string(), text);
 }

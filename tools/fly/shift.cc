@@ -42,10 +42,10 @@ double parabola_top(double left, double middle, double right) {
 /// Shift at one place in metres; nothing where the map or the scene has a hole or the match is weak or at the rim.
 std::optional<Eigen::Vector2d> shift_at(const terrain::Texture& scene, const nav::MapSource& map, double east_m,
                                         double north_m, double reach_m) {
-  const double gsd = map.gsd_range_m().first;
+  const double gsd = map.gsd_range_m(nav::MapLayer::kGray).first;
   const double half_m = 0.5 * kTemplatePx * gsd + reach_m;
   features::GridImage window;
-  if (map.read_gray(east_m - half_m, north_m - half_m, east_m + half_m, north_m + half_m, gsd, window) !=
+  if (map.read(nav::MapLayer::kGray, east_m - half_m, north_m - half_m, east_m + half_m, north_m + half_m, gsd, window) !=
       nav::Status::kOk) {
     return std::nullopt;
   }

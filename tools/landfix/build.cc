@@ -13,6 +13,7 @@
 
 #include "builder/error.h"
 #include "builder/ingest/zone.h"
+#include "builder/layer_set.h"
 #include "builder/layers/registry.h"
 #include "tiles/grid.h"
 #include "tools/landfix/commands.h"
@@ -79,9 +80,9 @@ double number_of(const std::string& option, const std::string& text) {
 }
 
 tiles::Codec codec_of(const std::string& name) {
-  for (const tiles::Codec codec : {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd})
+  for (const tiles::Codec codec : {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd, tiles::Codec::kContext})
     if (name == name_of(codec)) return codec;
-  throw Error(ExitCode::kUsage, fmt::format("--codec {}: expected raw, jpeg or zstd", name));
+  throw Error(ExitCode::kUsage, fmt::format("--codec {}: expected raw, jpeg, zstd or context", name));
 }
 
 BuildOptions options_of(const CommandLine& line) {
@@ -129,7 +130,19 @@ ordered_json json_of(const std::string& output, const BuildSummary& s) {
                       {"megapixels_per_second", s.megapixels / s.seconds},
                       {"resumed_jobs", s.resumed_jobs},
                       {"warnings", s.warnings},
+                      {"shifts", ordered_json::array()},
                       {"layers", ordered_json::array()}};
+  for (const ShiftSummary& shift : s.shifts) {
+    const ingest::Alignment& a = shift.alignment;
+    out["shifts"].push_back({{"image", shift.image},
+                             {"measured", a.measured},
+                             {"east_m", a.east_m},
+                             {"north_m", a.north_m},
+                             {"windows", a.windows},
+                             {"agreeing", a.agreeing},
+                             {"spread_m", a.spread_m},
+                             {"removed", shift.removed}});
+  }
   for (const LayerSummary& layer : s.layers) {
     ordered_json levels = ordered_json::array();
     for (const LevelSummary& level : layer.levels)
@@ -206,6 +219,10 @@ void add_build(CLI::App& app) {
                    fmt::format("Layers to make, of {} (default: all that the inputs serve)", fmt::join(names, ",")))
       ->delimiter(',')
       ->allow_extra_args(false);
+  std::string sets;
+  for (const LayerSet& set : layer_sets())
+    sets += fmt::format("{}{}: {}", sets.empty() ? "" : "; ", set.name, set.description);
+  command->add_option("--set", line->options.set, fmt::format("Layers and codecs at once. {} (default: all)", sets));
   command->add_option("--date", line->dates, "FILE=2009-08-18: capture date of an image")->allow_extra_args(false);
   command->add_option("--bands", line->bands, "FILE=nir,red,green: what an image's bands show; '-' leaves one out")
       ->allow_extra_args(false);
@@ -213,8 +230,10 @@ void add_build(CLI::App& app) {
       ->add_option("--nodata", line->nodata,
                    "FILE=0: value that all bands have where an image shows nothing, if the file does not say")
       ->allow_extra_args(false);
-  command->add_option("--codec", line->codecs, "LAYER=raw, jpeg or zstd")->allow_extra_args(false);
-  command->add_option("--jpeg-quality", line->options.jpeg_quality, "1 to 100")->capture_default_str();
+  command->add_flag("--align", line->options.align,
+                    "Remove the constant shifts between overlapping images, which are measured and reported anyway");
+  command->add_option("--codec", line->codecs, "LAYER=raw, jpeg, zstd or context")->allow_extra_args(false);
+  command->add_option("--jpeg-quality", line->options.jpeg_quality, "1 to 100 (default: the set's)");
   command
       ->add_option("--plane-height", line->options.plane_height_m,
                    "Metres above the ellipsoid of the ground where there are no heights")

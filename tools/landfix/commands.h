@@ -14,5 +14,6 @@ void add_keygen(CLI::App& app);
 void add_sign(CLI::App& app);
 void add_synth(CLI::App& app);
 void add_fly(CLI::App& app);
+void add_eval(CLI::App& app);
 
 }  // namespace landfix::tools

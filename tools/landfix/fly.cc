@@ -52,6 +52,7 @@ struct Arguments {
   double sway_deg = 1.5, field_of_view_deg = 60;
   std::vector<int> image_size = {640, 480};
   double map_error_m = -1;
+  std::string matcher = "auto";
   fly::FlightOptions flight;
   uint64_t seed = 1;
   int runs = 1, frames = 0;
@@ -82,6 +83,7 @@ fly::FlightOptions flight_options(const Arguments& a, const lf_info& map) {
   // The aircraft knows the size of its errors, not their draw.
   o.localizer.attitude_sigma_rad = o.sensors.attitude_noise_rad;
   o.localizer.attitude_bias_sigma_rad = o.sensors.attitude_bias_rad;
+  o.localizer.method = nav::method_of(a.matcher);
   const double map_error_m = a.map_error_m >= 0 ? a.map_error_m : map.georegistration_error_m;
   if (map_error_m >= 0) o.localizer.map_bias_sigma_m = map_error_m;
   return o;
@@ -184,6 +186,7 @@ nlohmann::json options_json(const Arguments& a, const fly::FlightOptions& o, con
                       {"vignetting", o.sensors.vignetting},
                       {"pixel_noise", o.sensors.pixel_noise},
                       {"map_error_m", o.localizer.map_bias_sigma_m},
+                      {"matcher", a.matcher},
                       {"bank", o.bank},
                       {"sway_deg", a.sway_deg}};
   if (o.altitude_m) j["altitude_m"] = *o.altitude_m;
@@ -328,6 +331,10 @@ void add_sensor_options(CLI::App& command, Arguments& a) {
   command.add_option("--offset", s.offset, "Offset of the camera, gray values")->capture_default_str();
   number("--vignetting", s.vignetting, "Share of the light lost in the corners");
   number("--pixel-noise", s.pixel_noise, "Noise of the camera, gray values");
+  command
+      .add_option("--matcher", a.matcher, "How images are compared with the map: auto takes what the map offers")
+      ->check(CLI::IsMember({"auto", "gray", "edge", "contour", "orientation"}))
+      ->capture_default_str();
   command
       .add_option("--map-error", a.map_error_m,
                   "Constant error of the map that the filter expects, m per axis [as the pack says]")

@@ -36,6 +36,14 @@ void print_sources(const ordered_json& sources) {
   }
 }
 
+void print_epochs(const ordered_json& epochs) {
+  if (epochs.empty()) return;
+  fmt::print("\ndates, newest first\n");
+  for (const auto& e : epochs)
+    fmt::print("  {}  {} image{}\n", e["date"].is_null() ? "undated   " : e["date"].get<std::string>(),
+               e["sources"].size(), e["sources"].size() == 1 ? "" : "s");
+}
+
 void print_layers(const ordered_json& layers) {
   fmt::print("\nlayers\n");
   for (const auto& l : layers) {
@@ -74,6 +82,7 @@ void print_info(const std::string& path, const ordered_json& m) {
     fmt::print("  georegistration error: {:.2f} m (1 sigma per axis)\n", m["georegistration_error_m"].get<double>());
   print_layers(m["layers"]);
   print_sources(m["sources"]);
+  print_epochs(m["epochs"]);
   fmt::print("\nparameters\n");
   for (const auto& [name, value] : m["parameters"].items()) fmt::print("  {} = {}\n", name, value.get<std::string>());
 }

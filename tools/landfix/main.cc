@@ -32,6 +32,7 @@ void add_all(CLI::App& app) {
   landfix::tools::add_sign(app);
   landfix::tools::add_synth(app);
   landfix::tools::add_fly(app);
+  landfix::tools::add_eval(app);
 }
 
 std::string usage_message(const CLI::App* app, const CLI::Error& e) {

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 
+#include "tiles/grid.h"
 #include "tools/common/grid_image_io.h"
 #include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
@@ -113,10 +114,74 @@ Question question_of(const Pack& pack, const QueryOptions& o) {
   return q;
 }
 
+// The planes of a region as channels of 0 and 1.
+features::GridImage read_planes(const Pack& pack, const Region& region, const lf_layer_info& layer,
+                                const std::string& path) {
+  const std::string what = path + ": layer '" + layer.name + "'";
+  check(pack.prepare(region), what);
+  const size_t line = (size_t(region.width) + 63) / 64, plane = line * region.height;
+  std::vector<uint64_t> words(plane * layer.channels);
+  check(pack.read_bits(region, words, line, plane), what);
+  features::GridImage image;
+  image.west_m = region.west_m, image.north_m = region.north_m, image.gsd_m = region.gsd_m;
+  image.pixels.create(int(region.height), int(region.width), CV_8UC(layer.channels));
+  image.valid = cv::Mat::zeros(image.pixels.size(), CV_8UC1);
+  for (int y = 0; y < image.pixels.rows; ++y)
+    for (int x = 0; x < image.pixels.cols; ++x)
+      for (size_t p = 0; p < layer.channels; ++p) {
+        const auto bit = uint8_t(words[p * plane + size_t(y) * line + size_t(x) / 64] >> (x % 64) & 1);
+        image.pixels.ptr<uint8_t>(y, x)[p] = bit;
+        if (bit != layer.nodata) image.valid.at<uint8_t>(y, x) = 255;
+      }
+  return image;
+}
+
+features::GridImage image_of(const Pack& pack, const QueryOptions& o, const Region& region) {
+  const lf_layer_info layer = *pack.layer(region.layer);
+  if (layer.channels != 1 && layer.channels != 3 && o.output.ends_with(".png"))
+    throw Error(ExitCode::kUsage, fmt::format("{}: layer '{}' has {} channels, a picture shows 1 or 3: write a .tif",
+                                              o.output, layer.name, layer.channels));
+  return layer.pixel_type == LF_BIT ? read_planes(pack, region, layer, o.pack) : read_region(pack, region, o.pack);
+}
+
+ordered_json date_of(const Pack& pack, uint32_t epoch) {
+  const lf_epoch_info info = *pack.epoch(epoch);
+  return *info.date ? ordered_json(info.date) : ordered_json("undated");
+}
+
+// What went into the tiles of the region: null where the pack does not say.
+ordered_json dates_json(const Pack& pack, const Region& region) {
+  const auto range = pack.epochs(region);
+  if (!range || range->dated_tiles == 0) return {{"newest", nullptr}, {"oldest", nullptr}};
+  return {{"newest", date_of(pack, range->newest)}, {"oldest", date_of(pack, range->oldest)}};
+}
+
+// The dates of the layer's tile at a point, newest first.
+ordered_json dates_at(const Pack& pack, const Region& region, double east_m, double north_m) {
+  const auto column = int64_t(std::floor(east_m / region.gsd_m)), row = int64_t(std::floor(-north_m / region.gsd_m));
+  const tiles::TileIndex tile = tiles::tile_of_pixel(region.level, column, row);
+  std::vector<uint16_t> epochs(pack.info().epoch_count);
+  const auto count = pack.tile_epochs(region.layer, region.level, tile.x, tile.y, epochs);
+  ordered_json dates = ordered_json::array();
+  for (uint32_t i = 0; count && i < *count; ++i) dates.push_back(date_of(pack, epochs[i]));
+  return dates;
+}
+
+// Heights may be compressed: decodes what lies around a point, at every level.
+void prepare_heights(const Pack& pack, double east_m, double north_m, const std::string& path) {
+  const auto layer = pack.find_layer("height");
+  for (uint32_t i = 0; layer && i < pack.layer(*layer)->level_count; ++i) {
+    const double gsd = pack.level(*layer, i)->gsd_m;
+    const auto around = pack.box(*layer, east_m - gsd, north_m - gsd, east_m + gsd, north_m + gsd, gsd);
+    if (around) check(pack.prepare(*around), path + ": layer 'height'");
+  }
+}
+
 ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question& q, const features::GridImage& image) {
   const Region& r = q.region;
   const auto geodetic = pack.geodetic_from_grid(q.ellipse.east_m, q.ellipse.north_m);
   check(geodetic.status(), "position");
+  prepare_heights(pack, q.ellipse.east_m, q.ellipse.north_m, o.pack);
   const auto height = pack.height(q.ellipse.east_m, q.ellipse.north_m);
   const auto undulation = pack.undulation(q.ellipse.east_m, q.ellipse.north_m);
   return {{"position",
@@ -130,7 +195,8 @@ ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question
             {"ground_height_m", height ? ordered_json(height->height_m) : ordered_json(nullptr)},
             {"ground_height_from",
              height ? ordered_json(height->from_layer ? "height layer" : "assumed plane") : ordered_json(nullptr)},
-            {"geoid_undulation_m", undulation ? ordered_json(*undulation) : ordered_json(nullptr)}}},
+            {"geoid_undulation_m", undulation ? ordered_json(*undulation) : ordered_json(nullptr)},
+            {"dates", dates_at(pack, q.region, q.ellipse.east_m, q.ellipse.north_m)}}},
           {"region",
            {{"layer", o.layer},
             {"level", r.level},
@@ -139,6 +205,7 @@ ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question
             {"north_m", r.north_m},
             {"width_px", r.width},
             {"height_px", r.height},
+            {"dates", dates_json(pack, r)},
             {"valid_share", double(cv::countNonZero(image.valid)) / double(image.valid.total())}}}};
 }
 
@@ -160,7 +227,7 @@ void query(const QueryOptions& o) {
   require_sound(o);
   const Pack pack = open_pack(o.pack, o.keys);
   const Question q = question_of(pack, o);
-  const features::GridImage image = read_region(pack, q.region, o.pack);
+  const features::GridImage image = image_of(pack, o, q.region);
   const ordered_json answer = answer_json(pack, o, q, image);
   if (!o.output.empty()) write_grid_image(o.output, image, zone_of(pack));
   if (o.json)
@@ -185,7 +252,7 @@ void add_query(CLI::App& app) {
       ->delimiter(',')
       ->expected(3);
   c->add_option("-k", o->k, "how many sigmas the region reaches")->capture_default_str();
-  c->add_option("--layer", o->layer, "gray, overview, height, ...")->capture_default_str();
+  c->add_option("--layer", o->layer, "gray, overview, orientation, height, ...")->capture_default_str();
   c->add_option("--gsd", o->gsd, "wanted metres per pixel (default: the layer's finest)");
   c->add_option("-o,--output", o->output, "write the region: .png for people, .tif for programs");
   c->add_option("--key", o->keys, "trusted public key file")->allow_extra_args(false);

@@ -66,6 +66,12 @@ void ask_for_the_manifest(const lf_pack* pack, const lf_info& info) {
     require(lf_get_source(pack, i, &s) == LF_OK);
     for (const char* text : {s.name, s.capture_date, s.licence, s.attribution, s.crs, s.vertical_datum}) touch(text);
   }
+  for (uint32_t i = 0; i < std::min(info.epoch_count, 16u); ++i) {
+    lf_epoch_info e;
+    require(lf_get_epoch(pack, i, &e) == LF_OK);
+    touch(e.date);
+    for (uint32_t k = 0; k < e.source_count; ++k) require(e.sources[k] < info.source_count);
+  }
   for (uint32_t i = 0; i < std::min(info.parameter_count, 16u); ++i) {
     const char *name, *value;
     require(lf_get_parameter(pack, i, &name, &value) == LF_OK);
@@ -73,28 +79,74 @@ void ask_for_the_manifest(const lf_pack* pack, const lf_info& info) {
   }
 }
 
-void read_region(const lf_pack* pack, const lf_region& r, const lf_layer_info& layer, const lf_ellipse* ellipse,
-                 bool verified) {
-  if (uint64_t(r.width) * r.height > kMostPixels) return;
+size_t bytes_of_tile(const lf_layer_info& layer, const lf_tile& tile) {
+  return size_t(tile.row_bytes) * 256 * (layer.pixel_type == LF_BIT ? layer.channels : 1);
+}
+
+// Reads a region by the call for its pixel type, into a buffer of exactly the size that it needs.
+lf_status read_by_type(const lf_pack* pack, const lf_region& r, const lf_layer_info& layer) {
+  if (layer.pixel_type == LF_BIT) {
+    static std::vector<uint64_t> words;
+    const size_t line = (size_t(r.width) + 63) / 64, plane = line * r.height;
+    words.assign(plane * layer.channels, 0);
+    const lf_status s = lf_read_bits(pack, &r, words.data(), line, plane, words.size());
+    // Bits behind the region's width are zero.
+    for (size_t i = line - 1; s == LF_OK && r.width % 64 != 0 && i < words.size(); i += line)
+      require(words[i] >> (r.width % 64) == 0);
+    return s;
+  }
   static Bytes pixels;
   const bool heights = layer.pixel_type == LF_I16;
   const size_t row_bytes = size_t(r.width) * (heights ? sizeof(float) : layer.channels), all = row_bytes * r.height;
   pixels.assign(all, 0xA5);
+  if (!heights) return lf_read(pack, &r, pixels.data(), row_bytes, all);
   auto* floats = reinterpret_cast<float*>(pixels.data());
-  const lf_status before =
-      heights ? lf_read_heights(pack, &r, floats, row_bytes, all) : lf_read(pack, &r, pixels.data(), row_bytes, all);
-  require((heights ? lf_read(pack, &r, floats, row_bytes, all) : lf_read_heights(pack, &r, floats, row_bytes, all)) ==
-          LF_WRONG_TYPE);
+  const lf_status s = lf_read_heights(pack, &r, floats, row_bytes, all);
+  for (size_t i = 0; s == LF_OK && i < all / sizeof(float); ++i) require(!std::isinf(floats[i]));
+  return s;
+}
+
+void require_wrong_type(const lf_pack* pack, const lf_region& r, const lf_layer_info& layer) {
+  uint64_t nothing = 0;
+  if (layer.pixel_type != LF_U8) require(lf_read(pack, &r, &nothing, 0, 0) == LF_WRONG_TYPE);
+  if (layer.pixel_type != LF_BIT) require(lf_read_bits(pack, &r, &nothing, 0, 0, 0) == LF_WRONG_TYPE);
+  float none = 0;
+  if (layer.pixel_type != LF_I16) require(lf_read_heights(pack, &r, &none, 0, 0) == LF_WRONG_TYPE);
+}
+
+void ask_for_epochs(const lf_pack* pack, const lf_region& r, bool verified) {
+  lf_info info;
+  require(lf_get_info(pack, &info) == LF_OK);
+  lf_epoch_range range;
+  const lf_status s = lf_region_epochs(pack, &r, &range);
+  require(!verified || s == LF_OK || s == LF_OUTSIDE_MAP);
+  if (s != LF_OK) return;
+  require(range.tiles > 0 && range.dated_tiles <= range.tiles && range.newest <= range.oldest);
+  require(range.dated_tiles == 0 || range.oldest < info.epoch_count);
+}
+
+void ask_for_epochs_of_tile(const lf_pack* pack, uint32_t layer, const lf_tile& tile) {
+  uint16_t epochs[4];
+  uint32_t count = 0;
+  const lf_status s = lf_tile_epochs(pack, layer, tile.level, tile.x, tile.y, epochs, 4, &count);
+  require(s == (count > 4 ? LF_BUFFER_TOO_SMALL : LF_OK));
+}
+
+void read_region(const lf_pack* pack, const lf_region& r, const lf_layer_info& layer, const lf_ellipse* ellipse,
+                 bool verified) {
+  if (uint64_t(r.width) * r.height > kMostPixels) return;
+  const lf_status before = read_by_type(pack, r, layer);
+  require_wrong_type(pack, r, layer);
+  ask_for_epochs(pack, r, verified);
   const lf_status prepared = lf_prepare(pack, &r, before == LF_OK ? uint32_t(LF_PREPARE_COPY) : 0u);
   require(!verified || prepared == LF_OK);
-  const lf_status after =
-      heights ? lf_read_heights(pack, &r, floats, row_bytes, all) : lf_read(pack, &r, pixels.data(), row_bytes, all);
-  require((prepared == LF_OK) == (after == LF_OK));
-  for (size_t i = 0; heights && after == LF_OK && i < all / sizeof(float); ++i) require(!std::isinf(floats[i]));
+  require((prepared == LF_OK) == (read_by_type(pack, r, layer) == LF_OK));
   uint64_t cursor = 0;
   lf_tile tile;
-  for (int i = 0; i < 64 && lf_next_tile(pack, &r, ellipse, &cursor, &tile) == LF_OK; ++i)
-    touch(tile.pixels, size_t(tile.row_bytes) * 256);
+  for (int i = 0; i < 64 && lf_next_tile(pack, &r, ellipse, &cursor, &tile) == LF_OK; ++i) {
+    touch(tile.pixels, bytes_of_tile(layer, tile));
+    ask_for_epochs_of_tile(pack, r.layer, tile);
+  }
 }
 
 void ask_for_regions(const lf_pack* pack, const lf_info& info, uint32_t index, bool verified) {
@@ -119,7 +171,7 @@ void ask_for_regions(const lf_pack* pack, const lf_info& info, uint32_t index, b
     for (const double x : {info.west_m, east, info.east_m})
       if (lf_tile_view(pack, index, level.level, int32_t(std::floor(x / side)), int32_t(std::floor(north / side)),
                        &tile) == LF_OK)
-        touch(tile.pixels, size_t(tile.row_bytes) * 256);
+        touch(tile.pixels, bytes_of_tile(layer, tile));
   }
 }
 
@@ -151,7 +203,8 @@ void ask_everything(const Bytes& bytes) {
   uint64_t tiles = 0;
   const bool verified = lf_verify_pack(pack, 1, &tiles) == LF_OK;
   require(!verified || lf_verify_pack(pack, 0, nullptr) == LF_OK);
-  for (uint32_t i = 0; i < info.layer_count; ++i) ask_for_regions(pack, info, i, verified && info.version_minor == 0);
+  for (uint32_t i = 0; i < info.layer_count; ++i)
+    ask_for_regions(pack, info, i, verified && info.version_minor <= landfix::schema::kVersionMinor);
   ask_for_points(pack, info);
   lf_close(pack);
 }

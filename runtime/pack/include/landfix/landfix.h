@@ -45,7 +45,7 @@ typedef enum lf_status {
   LF_NOT_PREPARED = 12,  /* the layer is compressed there: call lf_prepare for the region first */
   LF_BUFFER_TOO_SMALL = 13,
   LF_REGION_TOO_LARGE = 14, /* more than LF_MAX_REGION_PIXELS: ask with a coarser gsd_m or a smaller ellipse */
-  LF_WRONG_TYPE = 15,       /* lf_read of heights, or lf_read_heights of pixels */
+  LF_WRONG_TYPE = 15,       /* lf_read, lf_read_heights or lf_read_bits of a layer of another pixel type */
   LF_END = 16               /* of an iteration */
 } lf_status;
 
@@ -87,7 +87,7 @@ typedef struct lf_info {
   uint8_t north;       /* 1: northern hemisphere */
   uint8_t is_signed;   /* bears a signature (checked only against trusted keys) */
   uint8_t has_heights; /* 0: lf_height answers the assumed plane everywhere */
-  uint32_t layer_count, source_count, parameter_count;
+  uint32_t layer_count, source_count, parameter_count, epoch_count;
   double west_m, south_m, east_m, north_m;
   double plane_height_m;          /* assumed ground where there is no height tile */
   double georegistration_error_m; /* one sigma per axis; negative: not stated */
@@ -97,7 +97,7 @@ typedef struct lf_info {
   uint8_t public_key[32]; /* of the signer, if signed */
 } lf_info;
 
-typedef enum lf_pixel_type { LF_U8 = 0, LF_I16 = 1 } lf_pixel_type;
+typedef enum lf_pixel_type { LF_U8 = 0, LF_I16 = 1, LF_BIT = 2 /* every channel is one bit plane */ } lf_pixel_type;
 
 typedef struct lf_layer_info {
   const char* name;
@@ -121,6 +121,13 @@ typedef struct lf_source_info {
   uint8_t sha256[32];
 } lf_source_info;
 
+/* A capture date and the images that show it. Epochs count from 0, newest first, undated last. */
+typedef struct lf_epoch_info {
+  const char* date; /* ISO 8601; empty: undated */
+  uint32_t source_count;
+  const uint16_t* sources; /* indices for lf_get_source, ascending; they live until lf_close */
+} lf_epoch_info;
+
 LF_API lf_status lf_get_info(const lf_pack* pack, lf_info* info);
 /* Index of a raster layer by name: "gray", "overview", "height", ... */
 LF_API lf_status lf_find_layer(const lf_pack* pack, const char* name, uint32_t* layer);
@@ -128,6 +135,7 @@ LF_API lf_status lf_get_layer(const lf_pack* pack, uint32_t layer, lf_layer_info
 /* Levels of a layer, finest first. */
 LF_API lf_status lf_get_level(const lf_pack* pack, uint32_t layer, uint32_t index, lf_level_info* info);
 LF_API lf_status lf_get_source(const lf_pack* pack, uint32_t index, lf_source_info* info);
+LF_API lf_status lf_get_epoch(const lf_pack* pack, uint32_t index, lf_epoch_info* info);
 LF_API lf_status lf_get_parameter(const lf_pack* pack, uint32_t index, const char** name, const char** value);
 
 /* --- regions --- */
@@ -166,7 +174,16 @@ LF_API lf_status lf_read(const lf_pack* pack, const lf_region* region, void* out
 LF_API lf_status lf_read_heights(const lf_pack* pack, const lf_region* region, float* out, size_t row_bytes,
                                  size_t out_bytes);
 
-/* One tile without copying: 256 rows of 256 pixels. `pixels` lives until lf_close. */
+/* Copies the planes of a region of a bit layer: plane p begins at out + p * plane_words, its row y `row_words` words
+ * further for each row, and column x of the region is bit x % 64 (from the lowest) of word x / 64. Bits beyond the
+ * region's width in the last word of a row are 0; pixels without data hold the layer's nodata in all planes. `out` has
+ * `out_words` words; planes must not overlap. After an error the buffer's content is unspecified. */
+LF_API lf_status lf_read_bits(const lf_pack* pack, const lf_region* region, uint64_t* out, size_t row_words,
+                              size_t plane_words, size_t out_words);
+
+/* One tile without copying: 256 rows of 256 pixels. `pixels` lives until lf_close and is 8-byte aligned. Bit layers:
+ * rows of 32 bytes, plane after plane, 8192 bytes apart; pixel c of a row is bit c % 8 of byte c / 8, so that
+ * little-endian words of 64 bits are as those of lf_read_bits. */
 typedef struct lf_tile {
   int32_t level, x, y;
   uint32_t row_bytes;
@@ -186,6 +203,24 @@ enum { LF_PREPARE_COPY = 1 /* also copy raw tiles to memory, so that no page fau
 /* Verifies every tile of a region ahead of the flight, decodes what is compressed, and brings the rest into the page
  * cache. What it decodes stays in memory until lf_close. */
 LF_API lf_status lf_prepare(const lf_pack* pack, const lf_region* region, uint32_t flags);
+
+/* --- how old is the map --- */
+
+/* Which epochs went into a tile: indices for lf_get_epoch, ascending, so the newest first. `count` tells how many there
+ * are, also where LF_BUFFER_TOO_SMALL says that `capacity` is less; 0: the pack does not say. `epochs` may be null
+ * where `capacity` is 0. LF_OUTSIDE_MAP where the layer has no such tile. */
+LF_API lf_status lf_tile_epochs(const lf_pack* pack, uint32_t layer, int32_t level, int32_t x, int32_t y,
+                                uint16_t* epochs, uint32_t capacity, uint32_t* count);
+
+/* What went into the tiles of a region. */
+typedef struct lf_epoch_range {
+  uint32_t newest, oldest; /* indices for lf_get_epoch; both 0 where `dated_tiles` is */
+  uint32_t tiles;          /* tiles of the region that hold data */
+  uint32_t dated_tiles;    /* those of them whose epochs the pack names */
+} lf_epoch_range;
+
+/* LF_OUTSIDE_MAP where no tile of the region holds data. */
+LF_API lf_status lf_region_epochs(const lf_pack* pack, const lf_region* region, lf_epoch_range* range);
 
 /* --- heights and geodesy --- */
 

@@ -47,6 +47,7 @@ struct OpenOptions {
 using Ellipse = lf_ellipse;
 using Region = lf_region;
 using Tile = lf_tile;
+using EpochRange = lf_epoch_range;
 
 struct Height {
   double height_m = 0;      ///< above the ellipsoid
@@ -100,6 +101,7 @@ class Pack {
     return get<lf_level_info>(lf_get_level, layer, index);
   }
   Result<lf_source_info> source(uint32_t index) const { return get<lf_source_info>(lf_get_source, index); }
+  Result<lf_epoch_info> epoch(uint32_t index) const { return get<lf_epoch_info>(lf_get_epoch, index); }
   /// Name and value of a parameter of the build.
   Result<std::pair<std::string_view, std::string_view>> parameter(uint32_t index) const {
     const char *name, *value;
@@ -121,10 +123,15 @@ class Pack {
   Status read_heights(const Region& region, std::span<float> out, size_t row_bytes) const {
     return lf_read_heights(pack_, &region, out.data(), row_bytes, out.size_bytes());
   }
+  /// Bit planes, 64 columns to a word; see lf_read_bits for their layout.
+  Status read_bits(const Region& region, std::span<uint64_t> out, size_t row_words, size_t plane_words) const {
+    return lf_read_bits(pack_, &region, out.data(), row_words, plane_words, out.size());
+  }
   Result<Tile> tile(uint32_t layer, int32_t level, int32_t x, int32_t y) const {
     return get<Tile>(lf_tile_view, layer, level, x, y);
   }
-  /// Calls visit(const Tile&) for the tiles of the region that hold data and, where `ellipse` is given, that it touches.
+  /// Calls visit(const Tile&) for the tiles of the region that hold data and, where `ellipse` is given, that it
+  /// touches.
   template <typename Visit>
   Status for_each_tile(const Region& region, const Ellipse* ellipse, Visit visit) const {
     uint64_t cursor = 0;
@@ -133,6 +140,11 @@ class Pack {
     while ((s = lf_next_tile(pack_, &region, ellipse, &cursor, &next)) == LF_OK) visit(std::as_const(next));
     return s == LF_END ? LF_OK : s;
   }
+  /// Writes the indices of a tile's epochs, newest first, to `out`; how many, or why not. See lf_tile_epochs.
+  Result<uint32_t> tile_epochs(uint32_t layer, int32_t level, int32_t x, int32_t y, std::span<uint16_t> out) const {
+    return get<uint32_t>(lf_tile_epochs, layer, level, x, y, out.data(), uint32_t(out.size()));
+  }
+  Result<EpochRange> epochs(const Region& region) const { return get<EpochRange>(lf_region_epochs, &region); }
   Status prepare(const Region& region, uint32_t flags = 0) const { return lf_prepare(pack_, &region, flags); }
 
   Result<Height> height(double east_m, double north_m) const {

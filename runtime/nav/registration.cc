@@ -1,0 +1,519 @@
+#include "runtime/nav/registration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace landfix::nav {
+namespace {
+
+using features::GridImage;
+
+constexpr int kMainLobePx = 8;         ///< around the peak: the features' own correlation, no rival
+constexpr size_t kPreciseMatches = 3;  ///< similarities that are looked at precisely, of all that were tried
+constexpr size_t kCandidates = 4;      ///< peaks of the search that are followed to finer levels
+constexpr int kRefineRadiusPx = 3;     ///< around where the coarser level saw it
+constexpr double kStepPx = 2;          ///< that a step of rotation or scale moves the patch's edge, in the search
+constexpr double kSurestProbability = 0.995;  ///< of one method: no second opinion is asked for
+constexpr double kCurvatureFactor = 4;  ///< by which variances from the peak's curvature are too small: see tools/calibrate
+constexpr double kTypicalScore = 0.4;   ///< of a true match
+constexpr double kLargestPenalty = 0.1;
+constexpr double kPixelSigma = 0.35;    ///< of a position, in pixels, however sharp the peak
+
+Status check(const GridImage& patch, const RegistrationPrior& p) {
+  for (const double v : {p.east_m, p.north_m, p.covariance_m2[0], p.covariance_m2[1], p.covariance_m2[2],
+                         p.covariance_m2[3], p.sigmas, p.heading_sigma_rad, p.scale_sigma, patch.west_m, patch.north_m})
+    if (!std::isfinite(v)) return Status::kNotFinite;
+  const double determinant = p.covariance_m2[0] * p.covariance_m2[3] - p.covariance_m2[1] * p.covariance_m2[2];
+  if (p.covariance_m2[0] < 0 || p.covariance_m2[3] < 0 || determinant < -1e-9 * p.covariance_m2[0] * p.covariance_m2[3])
+    return Status::kBadValue;
+  if (!(p.sigmas > 0) || p.heading_sigma_rad < 0 || p.scale_sigma < 0 || !(patch.gsd_m > 0)) return Status::kBadValue;
+  if (patch.pixels.empty() || patch.pixels.depth() != CV_8U) return Status::kBadImage;
+  if (patch.pixels.channels() != 1 && patch.pixels.channels() < 3) return Status::kBadImage;
+  if (!patch.valid.empty() && (patch.valid.type() != CV_8UC1 || patch.valid.size() != patch.pixels.size()))
+    return Status::kBadImage;
+  return !patch.valid.empty() && cv::countNonZero(patch.valid) == 0 ? Status::kBadImage : Status::kOk;
+}
+
+/// Half as many pixels a side: means of 2×2, valid where all four are.
+GridImage halved(const GridImage& in) {
+  GridImage out = in;
+  const cv::Size size(in.pixels.cols / 2, in.pixels.rows / 2);
+  const cv::Rect even(0, 0, 2 * size.width, 2 * size.height);
+  out.gsd_m = 2 * in.gsd_m;
+  cv::resize(in.pixels(even), out.pixels, size, 0, 0, cv::INTER_AREA);
+  if (!in.valid.empty()) {
+    cv::resize(in.valid(even), out.valid, size, 0, 0, cv::INTER_AREA);
+    cv::compare(out.valid, 255, out.valid, cv::CMP_EQ);
+  }
+  return out;
+}
+
+/// Where a similarity of a search stands: multiples of steps around the prior.
+struct Steps {
+  double rotation_rad = 0, scale = 0;  ///< 0: not searched
+  int rotations = 0, scales = 0;       ///< to either side
+  size_t count() const { return size_t(2 * rotations + 1) * size_t(2 * scales + 1); }
+};
+
+/// A peak that is followed from level to level.
+struct Candidate {
+  double east_m = 0, north_m = 0, value = 0;
+  Similarity similarity;
+};
+
+double parabola_top(double left, double middle, double right) {
+  const double curvature = left - 2 * middle + right;
+  return curvature < 0 ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5) : 0;
+}
+
+/// Second derivative of the log likelihood −N/2·log(1 − c²) by a parameter of which c has this curvature at its peak.
+double information(double independent_pixels, double value, double curvature) {
+  const double c = std::clamp(value, 0.05, 0.95);
+  return independent_pixels * c / (1 - c * c) * std::max(-curvature, 0.0);
+}
+
+/// Inverse of [[ee, en], [en, nn]], widened to at least `floor` and at most `ceiling` per axis.
+std::array<double, 4> bounded_inverse(double ee, double en, double nn, double floor, double ceiling) {
+  const double least = 1 / ceiling;
+  ee += least;
+  nn += least;
+  if (ee * nn - en * en <= 0.01 * ee * nn) en = 0;
+  const double determinant = ee * nn - en * en;
+  return {nn / determinant + floor, -en / determinant, -en / determinant, ee / determinant + floor};
+}
+
+}  // namespace
+
+struct Registrar::State {
+  State(const MapSource& source, const RegistrationOptions& o) : map(source), options(o) {}
+
+  /// Patch and window of one level.
+  struct Level {
+    GridImage image;  ///< the patch with its rim
+    GridImage patch, window, surface;
+    int rim_px = 0;
+    std::unique_ptr<Matcher> matcher;
+    Steps steps;
+  };
+
+  void run_auto(const GridImage& patch, const RegistrationPrior& prior, Registration& out);
+  Status run_method(Method method, const GridImage& patch, const RegistrationPrior& prior, Registration& out);
+  Status make_levels(Method method, const GridImage& patch, const RegistrationPrior& prior);
+  Status choose_level(const RegistrationPrior& prior, size_t& chosen) const;
+  Status search(Level& level, const RegistrationPrior& prior, Registration& out, std::vector<Candidate>& candidates);
+  Status match_all(Level& level, GridImage& combined, cv::Mat& which, std::vector<Similarity>& similarities);
+  Status refine(Level& level, Candidate& candidate);
+  Status finish(Level& finest, const Candidate& best, const RegistrationPrior& prior, Registration& out);
+  Status refine_all(Level& level, std::vector<Candidate>& candidates);
+  Status look_again(Level& level, const RegistrationPrior& prior, const Similarity& similarity, Registration& out);
+  Status read_region(Level& level, const RegistrationPrior& prior);
+  Status read_window(Level& level, double west, double south, double east, double north);
+
+  /// What the prior of heading and height takes off the scores of a similarity: −N/2·log(1 − c²) − z²/2 is largest
+  /// where about c² − z²/N is.
+  double penalty(const Similarity& similarity) const {
+    const auto squared = [](double error, double sigma) { return sigma > 0 ? error * error / (sigma * sigma) : 0; };
+    const double z2 = squared(similarity.rotation_rad, heading_sigma_rad) + squared(similarity.scale - 1, scale_sigma);
+    return std::min(z2 / (2 * kTypicalScore * std::max(independent_pixels, 1.0)), kLargestPenalty);
+  }
+
+  const MapSource& map;
+  RegistrationOptions options;
+  double heading_sigma_rad = 0, scale_sigma = 0;  ///< of the prior
+  double independent_pixels = 0;                  ///< at the level of the search
+  std::vector<Level> levels;  ///< finest first
+  Method method_of_levels = Method::kGray;
+};
+
+namespace {
+
+/// Half the search region's sides in metres.
+cv::Point2d reach_of(const RegistrationPrior& p) {
+  return {p.sigmas * std::sqrt(p.covariance_m2[0]), p.sigmas * std::sqrt(p.covariance_m2[3])};
+}
+
+Steps steps_for(const GridImage& patch, const RegistrationPrior& prior, double pose_sigmas) {
+  const double step = kStepPx / (0.5 * std::max(patch.pixels.cols, patch.pixels.rows));
+  Steps s;
+  s.rotation_rad = s.scale = step;
+  // Half a step off costs next to nothing: the features are wider than that.
+  s.rotations = std::max(0, int(std::ceil(pose_sigmas * prior.heading_sigma_rad / step - 0.5)));
+  s.scales = std::max(0, int(std::ceil(pose_sigmas * prior.scale_sigma / step - 0.5)));
+  return s;
+}
+
+/// Up to `count` local maxima of a surface, highest first, farther from each other than the main lobe.
+std::vector<Candidate> highest_peaks(const GridImage& surface, size_t count) {
+  cv::Mat around, peaks;
+  cv::dilate(surface.pixels, around, cv::Mat());
+  peaks = (surface.pixels >= around) & surface.valid;
+  std::vector<Candidate> found;
+  while (found.size() < count) {
+    double value;
+    cv::Point at;
+    cv::minMaxLoc(surface.pixels, nullptr, &value, nullptr, &at, peaks);
+    if (at.x < 0 || peaks.at<uint8_t>(at) == 0) break;
+    found.push_back({surface.west_m + (at.x + 0.5) * surface.gsd_m, surface.north_m - (at.y + 0.5) * surface.gsd_m,
+                     value, {}});
+    cv::circle(peaks, at, kMainLobePx, 0, cv::FILLED);
+  }
+  return found;
+}
+
+cv::Point pixel_of(const GridImage& image, double east_m, double north_m) {
+  return {std::clamp(int(std::lround(image.column_of(east_m))), 0, image.pixels.cols - 1),
+          std::clamp(int(std::lround(image.row_of(north_m))), 0, image.pixels.rows - 1)};
+}
+
+/// Standard deviation of a surface outside of the main lobe, and the highest score there. Not only local maxima: along
+/// a road or a shore the scores fall off so slowly that a place on the flank rivals the peak.
+double spread_outside(const GridImage& surface, cv::Point top, double& rival) {
+  cv::Mat outside = surface.valid.clone();
+  cv::circle(outside, top, kMainLobePx, 0, cv::FILLED);
+  if (cv::countNonZero(outside) < 2) return 1;
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(surface.pixels, mean, deviation, outside);
+  cv::minMaxLoc(surface.pixels, nullptr, &rival, nullptr, nullptr, outside);
+  return std::max(deviation[0], 1e-6);
+}
+
+}  // namespace
+
+Status Registrar::State::make_levels(Method method, const GridImage& patch, const RegistrationPrior& prior) {
+  const auto [finest, coarsest] = map.gsd_range_m(layer_of(method));
+  if (!(finest > 0 && coarsest >= finest)) return Status::kNoLayer;
+  GridImage image = patch;
+  while (image.gsd_m < finest && image.pixels.cols >= 2 && image.pixels.rows >= 2) image = halved(image);
+  const double ratio = std::log2(image.gsd_m / finest);
+  if (image.gsd_m < finest || image.gsd_m > coarsest || std::abs(ratio - std::round(ratio)) > 1e-6)
+    return Status::kBadValue;
+  size_t count = 0;
+  while (true) {
+    if (levels.size() == count || method != method_of_levels) {
+      if (levels.size() == count) levels.emplace_back();
+      levels[count].matcher = make_matcher(method, options.min_coverage);
+    }
+    Level& level = levels[count++];
+    level.image = image;
+    level.rim_px = int(options.rim_px * patch.gsd_m / image.gsd_m);
+    if (std::min(image.pixels.cols, image.pixels.rows) <= 2 * level.rim_px) return Status::kBadImage;
+    level.patch = without_rim(image, level.rim_px);
+    level.steps = steps_for(level.patch, prior, options.pose_sigmas);
+    const int side = std::min(level.patch.pixels.cols, level.patch.pixels.rows);
+    if (2 * image.gsd_m > coarsest || side / 2 < options.min_template_px) break;
+    image = halved(image);
+  }
+  levels.resize(count);
+  method_of_levels = method;
+  return Status::kOk;
+}
+
+Status Registrar::State::choose_level(const RegistrationPrior& prior, size_t& chosen) const {
+  const cv::Point2d reach = reach_of(prior);
+  for (chosen = 0; chosen < levels.size(); ++chosen) {
+    const Level& level = levels[chosen];
+    const double gsd = level.patch.gsd_m, columns = 2 * reach.x / gsd + 1, rows = 2 * reach.y / gsd + 1;
+    const double side = std::max(columns + level.patch.pixels.cols, rows + level.patch.pixels.rows);
+    if (columns * rows * double(level.steps.count()) <= options.search_budget_px && side <= options.max_window_px)
+      return Status::kOk;
+  }
+  // The coarsest level is searched whatever it costs, within reason.
+  --chosen;
+  const double gsd = levels[chosen].patch.gsd_m;
+  return std::max(reach.x, reach.y) / gsd <= 2.0 * options.max_window_px ? Status::kOk : Status::kTooLarge;
+}
+
+Status Registrar::State::read_window(Level& level, double west, double south, double east, double north) {
+  const GridImage& p = level.patch;
+  const Status status =
+      map.read(layer_of(method_of_levels), west + p.west_m, south + p.north_m - p.pixels.rows * p.gsd_m,
+               east + p.west_m + p.pixels.cols * p.gsd_m, north + p.north_m, p.gsd_m, level.window);
+  if (status != Status::kOk) return status;
+  return level.window.gsd_m == p.gsd_m ? level.matcher->set_window(level.window) : Status::kMapError;
+}
+
+Status Registrar::State::read_region(Level& level, const RegistrationPrior& prior) {
+  const cv::Point2d reach = reach_of(prior);
+  return read_window(level, prior.east_m - reach.x, prior.north_m - reach.y, prior.east_m + reach.x,
+                     prior.north_m + reach.y);
+}
+
+/// The best score over all similarities at every position, and which of them it was.
+Status Registrar::State::match_all(Level& level, GridImage& combined, cv::Mat& which,
+                                   std::vector<Similarity>& similarities) {
+  const Steps& s = level.steps;
+  struct Trial {
+    double value;
+    Similarity similarity;
+  };
+  std::vector<Trial> trials;
+  Status worst = level.matcher->match({}, level.surface);
+  independent_pixels = level.matcher->independent_pixels();
+  if (s.count() == 1) {
+    combined = level.surface;
+    combined.pixels = level.surface.pixels.clone();
+    combined.valid = level.surface.valid.clone();
+    which = cv::Mat(combined.pixels.size(), CV_8U, cv::Scalar(0));
+    similarities = {{}};
+    return worst;
+  }
+  for (int r = -s.rotations; r <= s.rotations; ++r)
+    for (int k = -s.scales; k <= s.scales; ++k) trials.push_back({0, {r * s.rotation_rad, 1 + k * s.scale}});
+  if (trials.size() > kPreciseMatches) {
+    for (Trial& trial : trials) {
+      const Status status = level.matcher->match_fast(trial.similarity, level.surface);
+      if (status != Status::kOk) worst = status;
+      trial.value = -1;
+      if (status == Status::kOk)
+        cv::minMaxLoc(level.surface.pixels, nullptr, &trial.value, nullptr, nullptr, level.surface.valid);
+      trial.value -= penalty(trial.similarity);
+    }
+    std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.value > b.value; });
+    trials.resize(kPreciseMatches);
+  }
+  combined = GridImage();
+  for (const Trial& trial : trials) {
+    const Status status = level.matcher->match(trial.similarity, level.surface);
+    if (status != Status::kOk) {
+      worst = status;
+      continue;
+    }
+    level.surface.pixels -= penalty(trial.similarity);
+    if (combined.pixels.empty()) {
+      combined = level.surface;
+      combined.pixels = level.surface.pixels.clone();
+      combined.valid = level.surface.valid.clone();
+      which = cv::Mat(combined.pixels.size(), CV_8U, cv::Scalar(0));
+    } else {
+      const cv::Mat better = (level.surface.pixels > combined.pixels) & level.surface.valid;
+      level.surface.pixels.copyTo(combined.pixels, better);
+      which.setTo(double(similarities.size()), better);
+      combined.valid |= level.surface.valid;
+    }
+    similarities.push_back(trial.similarity);
+  }
+  return combined.pixels.empty() ? worst : Status::kOk;
+}
+
+Status Registrar::State::search(Level& level, const RegistrationPrior& prior, Registration& out,
+                                std::vector<Candidate>& candidates) {
+  if (const Status s = level.matcher->set_patch(level.image, level.rim_px); s != Status::kOk) return s;
+  if (const Status s = read_region(level, prior); s != Status::kOk) return s;
+  cv::Mat which;
+  std::vector<Similarity> similarities;
+  if (const Status s = match_all(level, out.surface, which, similarities); s != Status::kOk) return s;
+  out.evidence.independent_pixels = independent_pixels;
+  out.gsd_m = level.patch.gsd_m;
+  candidates = highest_peaks(out.surface, kCandidates);
+  if (candidates.empty()) return Status::kOutsideMap;
+  for (Candidate& c : candidates)
+    c.similarity = similarities[which.at<uint8_t>(pixel_of(out.surface, c.east_m, c.north_m))];
+  return Status::kOk;
+}
+
+/// Follows a candidate at its own or the next finer level: similarities half a step around, positions some pixels
+/// around.
+Status Registrar::State::refine(Level& level, Candidate& candidate) {
+  const double reach = kRefineRadiusPx * level.patch.gsd_m;
+  if (const Status s = read_window(level, candidate.east_m - reach, candidate.north_m - reach,
+                                   candidate.east_m + reach, candidate.north_m + reach);
+      s != Status::kOk)
+    return s;
+  const Similarity start = candidate.similarity;
+  Similarity best = start;
+  if (level.steps.count() > 1) {
+    double highest = -2;
+    for (int r = -1; r <= 1; ++r)
+      for (int k = -1; k <= 1; ++k) {
+        if ((r != 0 && level.steps.rotations == 0) || (k != 0 && level.steps.scales == 0)) continue;
+        const Similarity trial{start.rotation_rad + 0.5 * r * level.steps.rotation_rad,
+                               start.scale + 0.5 * k * level.steps.scale};
+        double value;
+        if (level.matcher->match_fast(trial, level.surface) != Status::kOk) continue;
+        cv::minMaxLoc(level.surface.pixels, nullptr, &value, nullptr, nullptr, level.surface.valid);
+        value -= penalty(trial);
+        if (value > highest) highest = value, best = trial;
+      }
+  }
+  if (const Status s = level.matcher->match(best, level.surface); s != Status::kOk) return s;
+  const std::vector<Candidate> peak = highest_peaks(level.surface, 1);
+  if (peak.empty()) return Status::kOutsideMap;
+  candidate = peak[0];
+  candidate.value -= penalty(best);
+  candidate.similarity = best;
+  return Status::kOk;
+}
+
+/// Refines all candidates and sorts them, the highest first.
+Status Registrar::State::refine_all(Level& level, std::vector<Candidate>& candidates) {
+  std::vector<Candidate> kept;
+  for (Candidate& c : candidates)
+    if (refine(level, c) == Status::kOk) kept.push_back(c);
+  if (kept.empty()) return Status::kOutsideMap;
+  std::stable_sort(kept.begin(), kept.end(), [](const Candidate& a, const Candidate& b) { return a.value > b.value; });
+  candidates = kept;
+  return Status::kOk;
+}
+
+/// Adds the scores of a refined similarity over the whole region: the peak as high as it is, for its gap to the rivals.
+Status Registrar::State::look_again(Level& level, const RegistrationPrior& prior, const Similarity& similarity,
+                                    Registration& out) {
+  if (const Status s = read_region(level, prior); s != Status::kOk) return s;
+  if (const Status s = level.matcher->match(similarity, level.surface); s != Status::kOk) return s;
+  level.surface.pixels -= penalty(similarity);
+  const cv::Mat better = (level.surface.pixels > out.surface.pixels) & level.surface.valid;
+  level.surface.pixels.copyTo(out.surface.pixels, better);
+  out.surface.valid |= level.surface.valid;
+  return Status::kOk;
+}
+
+/// Sub-pixel position, uncertainties and the refined similarity, from the finest level.
+Status Registrar::State::finish(Level& finest, const Candidate& best, const RegistrationPrior& prior,
+                                Registration& out) {
+  const double gsd = finest.patch.gsd_m, reach = kRefineRadiusPx * gsd;
+  if (const Status s =
+          read_window(finest, best.east_m - reach, best.north_m - reach, best.east_m + reach, best.north_m + reach);
+      s != Status::kOk)
+    return s;
+  out.similarity = best.similarity;
+  out.rotation_sigma_rad = prior.heading_sigma_rad;
+  out.scale_sigma = prior.scale_sigma;
+  const auto value_at = [&](const Similarity& similarity) {
+    double value = -1;
+    if (finest.matcher->match(similarity, finest.surface) == Status::kOk)
+      cv::minMaxLoc(finest.surface.pixels, nullptr, &value, nullptr, nullptr, finest.surface.valid);
+    return value;
+  };
+  const double independent = out.evidence.independent_pixels;
+  const auto refine_parameter = [&](double step, double& parameter, double& sigma, auto&& at) {
+    const double middle = value_at(at(0)), left = value_at(at(-step)), right = value_at(at(step));
+    parameter += step * parabola_top(left, middle, right);
+    const double info = information(independent, middle, (left - 2 * middle + right) / (step * step));
+    sigma = std::min(sigma, std::sqrt(kCurvatureFactor / std::max(info, 1e-12) + step * step / 16));
+  };
+  if (finest.steps.rotations > 0)
+    refine_parameter(0.5 * finest.steps.rotation_rad, out.similarity.rotation_rad, out.rotation_sigma_rad, [&](double d) {
+      return Similarity{best.similarity.rotation_rad + d, best.similarity.scale};
+    });
+  if (finest.steps.scales > 0)
+    refine_parameter(0.5 * finest.steps.scale, out.similarity.scale, out.scale_sigma, [&](double d) {
+      return Similarity{best.similarity.rotation_rad, best.similarity.scale + d};
+    });
+
+  if (const Status s = finest.matcher->match(out.similarity, finest.surface); s != Status::kOk) return s;
+  const cv::Mat& c = finest.surface.pixels;
+  cv::Point top;
+  double value;
+  cv::minMaxLoc(c, nullptr, &value, nullptr, &top, finest.surface.valid);
+  const cv::Point middle(std::clamp(top.x, 1, c.cols - 2), std::clamp(top.y, 1, c.rows - 2));
+  const auto at = [&](int dx, int dy) { return double(c.at<float>(middle.y + dy, middle.x + dx)); };
+  double column = top.x, row = top.y;
+  if (top == middle) {
+    column += parabola_top(at(-1, 0), value, at(1, 0));
+    row += parabola_top(at(0, -1), value, at(0, 1));
+  }
+  out.peak.east_m = finest.surface.west_m + (column + 0.5) * gsd;
+  out.peak.north_m = finest.surface.north_m - (row + 0.5) * gsd;
+  const double g2 = gsd * gsd, en = -(at(1, 1) - at(-1, 1) - at(1, -1) + at(-1, -1)) / 4;  // rows run south
+  const double scale = independent * std::clamp(value, 0.05, 0.95) / (1 - std::min(value, 0.95) * std::min(value, 0.95));
+  const auto bend = [&](double left, double right) { return std::max(2 * at(0, 0) - left - right, 0.0); };
+  out.covariance_m2 = bounded_inverse(
+      scale * bend(at(-1, 0), at(1, 0)) / g2 / kCurvatureFactor, -scale * en / g2 / kCurvatureFactor,
+      scale * bend(at(0, -1), at(0, 1)) / g2 / kCurvatureFactor, kPixelSigma * kPixelSigma * g2,
+      std::max(prior.covariance_m2[0], prior.covariance_m2[3]) + g2);
+  return Status::kOk;
+}
+
+Status Registrar::State::run_method(Method method, const GridImage& patch, const RegistrationPrior& prior,
+                                    Registration& out) {
+  out.method = method;
+  heading_sigma_rad = prior.heading_sigma_rad;
+  scale_sigma = prior.scale_sigma;
+  if (const Status s = make_levels(method, patch, prior); s != Status::kOk) return s;
+  size_t chosen;
+  if (const Status s = choose_level(prior, chosen); s != Status::kOk) return s;
+  std::vector<Candidate> candidates;
+  if (const Status s = search(levels[chosen], prior, out, candidates); s != Status::kOk) return s;
+
+  if (levels[chosen].steps.count() > 1) {
+    if (const Status s = refine_all(levels[chosen], candidates); s != Status::kOk) return s;
+    if (const Status s = look_again(levels[chosen], prior, candidates[0].similarity, out); s != Status::kOk) return s;
+  }
+  // Finer levels tell little more about which peak is true: all candidates go one level down, the best of them on.
+  for (size_t i = chosen; i-- > 0;) {
+    Level& level = levels[i];
+    if (const Status s = level.matcher->set_patch(level.image, level.rim_px); s != Status::kOk) return s;
+    if (const Status s = refine_all(level, candidates); s != Status::kOk) return s;
+    candidates.resize(1);
+  }
+  if (const Status s = finish(levels[0], candidates[0], prior, out); s != Status::kOk) return s;
+
+  const cv::Point top = pixel_of(out.surface, candidates[0].east_m, candidates[0].north_m);
+  double rival = -1;
+  out.evidence.spread = spread_outside(out.surface, top, rival);
+  cv::Mat lobe(out.surface.pixels.size(), CV_8U, cv::Scalar(0));
+  cv::circle(lobe, top, 2, 255, cv::FILLED);
+  cv::minMaxLoc(out.surface.pixels, nullptr, &out.peak.value, nullptr, nullptr, lobe);
+  out.peak.gap = out.peak.value - rival;
+  out.evidence.value = out.peak.value;
+  out.evidence.gap = out.peak.gap;
+  out.probability = probability_of(method, out.evidence);
+  const LikelihoodOptions o{out.evidence.independent_pixels, 0.5 * out.gsd_m, options.outlier_probability};
+  return likelihood_from_ncc(out.surface, o, out.likelihood);
+}
+
+/// Orientation first, where the map has it. Where it is not sure, gray is asked too: it sees shades that have no edges.
+void Registrar::State::run_auto(const GridImage& patch, const RegistrationPrior& prior, Registration& out) {
+  Status first = Status::kNoLayer;
+  for (const Method method : {Method::kOrientation, Method::kGray, Method::kContour, Method::kEdge}) {
+    Registration next;
+    next.status = run_method(method, patch, prior, next);
+    if (next.status == Status::kNoLayer) continue;
+    if (first == Status::kNoLayer) {
+      first = next.status;
+      out = std::move(next);
+      if (out.status == Status::kOk && out.probability >= kSurestProbability) return;
+      continue;
+    }
+    // The second opinion: never overrules, but may confirm or cast doubt; serves alone where the first saw nothing.
+    if (next.status != Status::kOk) return;
+    if (out.status != Status::kOk) {
+      out = std::move(next);
+      return;
+    }
+    const double apart_m = std::hypot(next.peak.east_m - out.peak.east_m, next.peak.north_m - out.peak.north_m);
+    const bool agree = apart_m <= kMainLobePx * std::max(out.gsd_m, next.gsd_m);
+    const double combined = combined_probability(out.probability, next.probability, agree);
+    if (!agree && next.probability > out.probability) out = std::move(next);
+    out.probability = combined;
+    return;
+  }
+  out.status = first == Status::kNoLayer ? Status::kNoLayer : out.status;
+}
+
+Registrar::Registrar(const MapSource& map, const RegistrationOptions& options)
+    : state_(std::make_unique<State>(map, options)) {}
+Registrar::~Registrar() = default;
+Registrar::Registrar(Registrar&&) noexcept = default;
+Registrar& Registrar::operator=(Registrar&&) noexcept = default;
+
+const RegistrationOptions& Registrar::options() const { return state_->options; }
+
+void Registrar::run(const GridImage& patch, const RegistrationPrior& prior, Registration& out) {
+  out = Registration();
+  out.status = check(patch, prior);
+  if (out.status != Status::kOk) return;
+  try {
+    if (state_->options.method)
+      out.status = state_->run_method(*state_->options.method, patch, prior, out);
+    else
+      state_->run_auto(patch, prior, out);
+    if (out.status == Status::kOk && out.probability < threshold_of(state_->options.gate))
+      out.status = Status::kImprobable;
+  } catch (...) {
+    out.status = Status::kInternal;
+  }
+}
+
+}  // namespace landfix::nav
