@@ -6,13 +6,15 @@
 #   make asan, make tsan   the tests under AddressSanitizer + UndefinedBehaviorSanitizer, or ThreadSanitizer
 #   make aarch64 cross-builds the runtime and the kernels for 64-bit ARM (Debian) and runs their tests under qemu-user
 #   make fuzz    ten minutes of fuzzing of the reader
+#   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
+#   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
 #   make memory  the build of a 4-gigapixel image, with its peak memory
 SHELL := /bin/bash
 JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: all setup release demo test bench real asan tsan aarch64 fuzz memory clean
+.PHONY: evaluation calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -37,6 +39,15 @@ bench: release
 
 real: release
 	tools/real_imagery.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/real
+
+evaluation: release
+	tools/evaluation.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/evaluation
+
+calibrate: release
+	tools/setup/install.sh python3-numpy
+	tools/calibrate/samples.sh build/release/tools/landfix/landfix tools/calibrate 101 5 "$(LANDFIX_DATA)"
+	/usr/bin/python3 tools/calibrate/fit.py tools/calibrate/*.csv.gz >build/calibration_table.h
+	mv build/calibration_table.h runtime/nav/calibration_table.h
 
 memory: release
 	tools/bench/memory.sh build/release/tools/landfix/landfix

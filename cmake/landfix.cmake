@@ -49,7 +49,7 @@ function(landfix_warnings name)
     target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
       # GCC 12 reports false positives of these from inlined library code at -O2 and above and under sanitizers.
-      target_compile_options(${name} PRIVATE -Wno-maybe-uninitialized -Wno-array-bounds -Wno-stringop-overflow
+      target_compile_options(${name} PRIVATE -Wno-maybe-uninitialized -Wno-uninitialized -Wno-array-bounds -Wno-stringop-overflow
                                              $<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>)
     endif()
   endif()

@@ -8,8 +8,9 @@ CREATE TABLE build (
 
 -- Finished jobs. A row is written in one transaction with the tiles of its job, after their data.
 CREATE TABLE job (
-  stage TEXT NOT NULL,      -- 'source', or the name of the layer whose coarser level the job makes
-  level INTEGER NOT NULL,   -- of the source window, or of the tiles made
+  stage TEXT NOT NULL,      -- 'source': tiles from the sources; 'halved': from the epochs halved to this level (below);
+                            -- else the name of the layer whose coarser level the job makes of finer tiles
+  level INTEGER NOT NULL,   -- of the window, or of the tiles made
   key INTEGER NOT NULL,     -- Hilbert key of the block of tiles, or of the first tile
   PRIMARY KEY (stage, level, key)
 ) STRICT, WITHOUT ROWID;
@@ -22,7 +23,9 @@ CREATE TABLE epoch_set (
 
 -- Finished tiles. Without a row here a finished job found no data.
 CREATE TABLE tile (
-  layer TEXT NOT NULL,
+  layer TEXT NOT NULL,      -- of the pack; or 'epoch/N': what epoch N shows, halved to this level: 256 rows of 256 pixels of
+                            -- all its bands, then, where not all are valid, as many bytes of mask (255 or 0). These wait
+                            -- for the 'halved' jobs of the level and never reach the pack; codec and values are 0
   level INTEGER NOT NULL,
   key INTEGER NOT NULL,     -- Hilbert key at the level
   offset INTEGER NOT NULL,  -- of the data in tiles.spool

@@ -8,9 +8,10 @@ mkdir -p "$out"
 cd "$out"
 step() { printf '\n== %s\n' "$*"; }
 
-step "Two views of one place: the map of the morning, and the flight under the sun of noon"
+step "Three views of one place: the map of the morning, and flights under the sun of noon and of the evening"
 "$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 150,50 -o summer
 "$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 190,45 -o noon
+"$landfix" synth --seed 7 --size-m 1600 --gsd 0.25 --season summer --year 2020 --sun 235,45 -o evening
 
 step "The map pack"
 "$landfix" build summer/ortho.tif --dem summer/dtm.tif -o area.lfpack
@@ -33,6 +34,15 @@ print("%.1f,%.1f" % ((b["west_m"] + b["east_m"]) / 2, (b["south_m"] + b["north_m
 step "60 m above ground: a loop of 1 km without GNSS, 2.5 % drift, camera attitude 0.5 degrees off and 0.3 degrees tilted"
 "$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m
 
+step "The same in the evening, the sun moved by 85 degrees: by gray values alone, and by what auto chooses"
+for matcher in gray auto; do
+  "$landfix" fly --map area.lfpack --scene evening/ortho.tif --scene-dem evening/dsm.tif --loop 1000 --agl 60 --runs 3 --matcher $matcher \
+    -o flight_evening_$matcher
+done
+
+step "The compass 3 degrees off: the heading is measured too"
+"$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 60 --heading-bias-deg 3 -o flight_heading
+
 step "305 m above ground, camera attitude 1 degree off"
 "$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 305 \
   --attitude-noise-deg 1 --attitude-bias-deg 0 -o flight_305m
@@ -45,6 +55,8 @@ Results in $PWD:
   region.png                  the pixels inside an uncertainty of 40 m
   flight_60m/tracks.png       truth, estimate with 3-sigma ellipses, and dead reckoning over the map
   flight_60m/frames/          what the camera saw
+  flight_evening_*/           the sun elsewhere: gray values against orientation
+  flight_heading/track.csv    rotation_deg: what the image says about the heading
   flight_305m/tracks.png      the same from 305 m
   flight_*/summary.json       the numbers
 END

@@ -12,9 +12,9 @@ namespace {
 
 using features::GridImage;
 
-constexpr int kMinPoints = 32;             ///< fewer contour pixels say nothing
-constexpr double kPixelsPerSample = 8;     ///< of a contour, that share one independent distance
-constexpr double kLeastMeanDistance = 0.1; ///< pixels; a window full of contours tells nothing apart
+constexpr int kMinPoints = 32;              ///< fewer contour pixels say nothing
+constexpr double kPixelsPerSample = 8;      ///< of a contour, that share one independent distance
+constexpr double kLeastMeanDistance = 0.1;  ///< pixels; a window full of contours tells nothing apart
 
 class ContourMatcher final : public Matcher {
  public:
@@ -27,6 +27,7 @@ class ContourMatcher final : public Matcher {
     whole.pixels = mask;
     frame_ = without_rim(whole, rim_px);
     cv::findNonZero(frame_.pixels, points_);
+    size_ = {};
     return points_.size() < kMinPoints ? Status::kNoTexture : Status::kOk;
   } catch (...) {
     return Status::kBadImage;
@@ -35,7 +36,7 @@ class ContourMatcher final : public Matcher {
   Status set_window(const GridImage& window) override try {
     if (window.pixels.type() != CV_8UC1) return Status::kBadImage;
     window_ = window;
-    size_ = {};  // spectra are made by the next match, which knows the size of the patch
+    size_ = {};  // spectra are made by the next match, which knows both sizes
     window.pixels.convertTo(distance_, CV_32F, 1, -1);
     known_ = cv::Mat();
     mean_distance_ = cv::mean(distance_, window.valid)[0];
@@ -101,7 +102,7 @@ class ContourMatcher final : public Matcher {
       uint8_t* valid = surface.valid.ptr<uint8_t>(y);
       for (int x = 0; x < surface.pixels.cols; ++x) {
         const double n = met ? met[x] : count;
-        valid[x] = n >= min_coverage_ * count ? 255 : 0;
+        valid[x] = n >= std::max(1.0, min_coverage_ * count) ? 255 : 0;
         if (!valid[x]) continue;
         out[x] = float(std::clamp(1 - sum[x] / n / mean_distance_, -1.0, 1.0));
         any = true;

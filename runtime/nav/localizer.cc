@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
 
 #include "runtime/nav/likelihood.h"
 #include "runtime/nav/rectify.h"
+#include "runtime/nav/terrain.h"
 
 namespace landfix::nav {
 namespace {
@@ -14,10 +17,13 @@ constexpr int kMinTemplatePx =
     32;  ///< no coarser level is taken for the sake of a wide search if it made the template smaller
 constexpr double kFinerThanCamera = 0.7;  ///< a map level may be finer than the camera by this factor
 constexpr double kAttitudeSearchSigmas = 4;
+constexpr double kNegligiblePx =
+    2;  ///< by which a wrong heading or height may move the patch's rim: features are wider
+constexpr double kMaxReliefPx = 256;  ///< heights from the middle of the view to its side
 
 bool valid(const LocalizerOptions& o) {
   for (double v : {o.attitude_sigma_rad, o.attitude_bias_sigma_rad, o.map_bias_sigma_m, o.change_sigma_m,
-                   o.feature_sigma_m, o.heading_sigma_rad, o.height_sigma_m, o.independent_fraction})
+                   o.orientation_sigma_px, o.heading_sigma_rad, o.height_sigma_m, o.independent_fraction})
     if (!(v >= 0 && std::isfinite(v))) return false;
   return o.min_pixels_per_residual > 0 && o.outlier_probability > 0 && o.outlier_probability <= 1 &&
          o.min_coverage > 0 && o.min_coverage <= 1 && o.search_tail_probability > 0 &&
@@ -35,6 +41,24 @@ RegistrationOptions registration_options(const LocalizerOptions& o) {
   return r;
 }
 
+/// Heights averaged over a Gaussian, of the known ones; NaN where they are not known.
+void blur(double sigma_px, cv::Mat& heights) {
+  const cv::Mat known = heights == heights;
+  cv::Mat share;
+  known.convertTo(share, CV_32F, 1.0 / 255);
+  heights.setTo(0, ~known);
+  for (cv::Mat* m : {&heights, &share}) cv::GaussianBlur(*m, *m, {}, sigma_px, sigma_px, cv::BORDER_REPLICATE);
+  cv::divide(heights, share, heights);
+  heights.setTo(std::numeric_limits<float>::quiet_NaN(), ~known);
+}
+
+/// Mean of the known heights in the middle half: not that of the one tree or roof below the filter's mean.
+std::optional<double> mean_of_middle(const cv::Mat& heights) {
+  const cv::Rect middle(heights.cols / 4, heights.rows / 4, (heights.cols + 1) / 2, (heights.rows + 1) / 2);
+  const cv::Mat inner = heights(middle), known = inner == inner;
+  return cv::countNonZero(known) ? std::optional(cv::mean(inner, known)[0]) : std::nullopt;
+}
+
 /// Positions to be tried: what the filter believes, widened by what the attitude shifts.
 struct Search {
   PointMassFilter::Bounds region;
@@ -50,12 +74,13 @@ struct Localizer::State {
 
   Status take(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m, Fix& fix);
   std::pair<double, double> gsd_range_m() const;
+  Status survey(const Camera& camera, const Attitude& attitude, double height_m);
   Status choose_search(const Camera& camera, const Attitude& attitude, double height_above_ground_m,
                        Search& search) const;
-  Status match(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_above_ground_m,
+  Status match(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
                const Search& search);
   Status check_age(const Search& search, Fix& fix) const;
-  void describe(double ground_height_m, Fix& fix) const;
+  void describe(Fix& fix) const;
   /// One sigma per axis of what roll and pitch shift on the ground, `share` of the white noise's variance counted.
   double attitude_error_m(double height_above_ground_m, double share = 1) const {
     return std::hypot(options.attitude_sigma_rad * std::sqrt(share), options.attitude_bias_sigma_rad) *
@@ -71,7 +96,7 @@ struct Localizer::State {
   /// From the correlation surface to the likelihood that the filter takes in, and the record of the image.
   Status weigh(const Search& search, double height_above_ground_m, Fix& fix);
   double change_error_m() const {
-    if (registration.method != Method::kGray) return options.feature_sigma_m;
+    if (registration.method == Method::kOrientation) return options.orientation_sigma_px * registration.gsd_m;
     return options.change_sigma_m * (1 - std::clamp(registration.peak.value, 0.0, 1.0));
   }
 
@@ -80,6 +105,7 @@ struct Localizer::State {
   PointMassFilter filter;
   Registrar registrar;
   Registration registration;
+  Terrain terrain;  ///< under the view
   features::GridImage patch;
   Likelihood likelihood;
   bool matched_before = false;  ///< since the start
@@ -91,8 +117,39 @@ struct Localizer::State {
 /// Of the layer that is matched first.
 std::pair<double, double> Localizer::State::gsd_range_m() const {
   if (options.method) return map.gsd_range_m(layer_of(*options.method));
-  const std::pair<double, double> range = map.gsd_range_m(MapLayer::kOrientation);
-  return range.first > 0 ? range : map.gsd_range_m(MapLayer::kGray);
+  for (const MapLayer layer : {MapLayer::kOrientation, MapLayer::kGray, MapLayer::kEdge, MapLayer::kContour})
+    if (const std::pair<double, double> range = map.gsd_range_m(layer); range.first > 0) return range;
+  return {0, 0};
+}
+
+/// The ground that the camera looks at from where the filter believes it to be. How far that is off decides how much of
+/// the relief may be used: heights in the wrong place would print their own edges into the patch, always where the map
+/// has them if the belief were right, and so confirm it. Their mean over the possible places is what is known of the
+/// height at a point, and it has no such edges. Where the uncertainty is as large as the view, nothing but the mean
+/// height of the ground is left.
+Status Localizer::State::survey(const Camera& camera, const Attitude& attitude, double height_m) {
+  const PointMassFilter::Moments now = filter.moments();
+  const std::optional<double> below = map.ground_height_m(now.east_m, now.north_m);
+  if (!below || !std::isfinite(*below)) return Status::kNoGroundHeight;
+  terrain = {{}, *below};
+  const double above_m = height_m - *below;
+  cv::Point2d reach_m;
+  if (const Status s = footprint_reach(camera, attitude, above_m, reach_m); s != Status::kOk) return s;
+  const double position_m = std::sqrt(std::max(now.covariance_m2[0], now.covariance_m2[3]));
+  const double view_m = std::max(reach_m.x, reach_m.y);
+  const bool relief = position_m <= view_m;
+  const double sigma_m = relief ? std::hypot(position_m, attitude_error_m(above_m)) : 0;
+  const double gsd_m = std::max({0.5 * sigma_m, above_m / std::max(camera.fx, camera.fy), view_m / kMaxReliefPx});
+  const double x = reach_m.x + 2 * sigma_m, y = reach_m.y + 2 * sigma_m;
+  features::GridImage heights;
+  const Status s = map.read_heights(now.east_m - x, now.north_m - y, now.east_m + x, now.north_m + y, gsd_m, heights);
+  if (s != Status::kOk) return s == Status::kNoLayer || s == Status::kOutsideMap ? Status::kOk : s;
+  const std::optional<double> mean_m = mean_of_middle(heights.pixels);
+  if (mean_m && *mean_m < height_m) terrain.plane_height_m = *mean_m;
+  if (!mean_m || !relief) return Status::kOk;
+  blur(sigma_m / heights.gsd_m, heights.pixels);
+  terrain.heights = heights;
+  return Status::kOk;
 }
 
 /// The finest level that serves the camera and keeps template and window within their limits.
@@ -135,9 +192,11 @@ Status Localizer::State::check_age(const Search& search, Fix& fix) const {
   return fix.map_age_days && *fix.map_age_days <= *options.max_map_age_days ? Status::kOk : Status::kMapTooOld;
 }
 
-Status Localizer::State::match(const cv::Mat& image, const Camera& camera, const Attitude& attitude,
-                               double height_above_ground_m, const Search& search) {
-  const Status status = rectify(image, camera, attitude, height_above_ground_m, search.gsd_m, patch);
+Status Localizer::State::match(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
+                               const Search& search) {
+  const PointMassFilter::Moments now = filter.moments();
+  const Status status =
+      rectify(image, camera, attitude, {now.east_m, now.north_m, height_m}, terrain, search.gsd_m, patch);
   if (status != Status::kOk) return status;
   const PointMassFilter::Bounds& r = search.region;
   RegistrationPrior prior;
@@ -145,8 +204,10 @@ Status Localizer::State::match(const cv::Mat& image, const Camera& camera, const
   prior.north_m = 0.5 * (r.south_m + r.north_m);
   const double x = 0.5 * (r.east_m - r.west_m) / prior.sigmas, y = 0.5 * (r.north_m - r.south_m) / prior.sigmas;
   prior.covariance_m2 = {x * x, 0, 0, y * y};
-  prior.heading_sigma_rad = options.heading_sigma_rad;
-  prior.scale_sigma = options.height_sigma_m / height_above_ground_m;
+  const double negligible = 2 * kNegligiblePx / std::max(patch.pixels.cols, patch.pixels.rows),
+               scale_sigma = options.height_sigma_m / (height_m - terrain.plane_height_m);
+  if (options.heading_sigma_rad > negligible) prior.heading_sigma_rad = options.heading_sigma_rad;
+  if (scale_sigma > negligible) prior.scale_sigma = scale_sigma;
   registrar.run(patch, prior, registration);
   return registration.status;
 }
@@ -161,7 +222,8 @@ Status Localizer::State::weigh(const Search& search, double above_m, Fix& fix) {
   // narrower than what either grid can show.
   const double sigma_m = std::hypot(std::hypot(attitude_error_m(above_m, fix.weight), change_m),
                                     std::hypot(0.5 * registration.gsd_m, 0.5 * filter.cell_m()));
-  const double independent_pixels = std::min(registration.evidence.independent_pixels, pixels / options.min_pixels_per_residual);
+  const double independent_pixels =
+      std::min(registration.evidence.independent_pixels, pixels / options.min_pixels_per_residual);
   const LikelihoodOptions o{independent_pixels, sigma_m, options.outlier_probability};
   if (const Status s = likelihood_from_ncc(registration.surface, o, likelihood); s != Status::kOk) return s;
   if (!search.whole) likelihood.outside = 1;  // what was not searched is not excluded
@@ -175,7 +237,7 @@ Status Localizer::State::weigh(const Search& search, double above_m, Fix& fix) {
 }
 
 /// What the registration found, as the record of the image.
-void Localizer::State::describe(double ground_height_m, Fix& fix) const {
+void Localizer::State::describe(Fix& fix) const {
   const Peak& peak = registration.peak;
   fix.east_m = peak.east_m;
   fix.north_m = peak.north_m;
@@ -185,8 +247,9 @@ void Localizer::State::describe(double ground_height_m, Fix& fix) const {
   fix.score = peak.value;
   fix.ambiguity = peak.value > 0 ? std::clamp((peak.value - peak.gap) / peak.value, 0.0, 1.0) : 1;
   fix.rotation_rad = registration.similarity.rotation_rad;
-  fix.rotation_sigma_rad = registration.rotation_sigma_rad;
-  fix.ground_height_m = ground_height_m;
+  const bool searched = registration.rotation_sigma_rad > 0;
+  fix.rotation_sigma_rad = searched ? registration.rotation_sigma_rad : options.heading_sigma_rad;
+  fix.ground_height_m = terrain.plane_height_m;
   fix.gsd_m = registration.gsd_m;
 }
 
@@ -195,23 +258,20 @@ Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const 
   if (!filter.started()) return Status::kNotStarted;
   if (!std::isfinite(height_m)) return Status::kNotFinite;
   const PointMassFilter::Moments now = filter.moments();
-  const std::optional<double> ground = map.ground_height_m(now.east_m, now.north_m);
-  if (!ground || !std::isfinite(*ground)) return Status::kNoGroundHeight;
-  const double above_m = height_m - *ground;
-
+  if (const Status s = survey(camera, attitude, height_m); s != Status::kOk) return s;
+  const double above_m = height_m - terrain.plane_height_m;
   Search search;
   if (const Status s = choose_search(camera, attitude, above_m, search); s != Status::kOk) return s;
   if (const Status s = check_age(search, fix); s != Status::kOk) return s;
-  const Status matched = match(image, camera, attitude, above_m, search);
+  const Status matched = match(image, camera, attitude, height_m, search);
   if (matched != Status::kOk && matched != Status::kImprobable) return matched;
-  describe(*ground, fix);
+  describe(fix);
   if (matched != Status::kOk) return matched;
   if (const Status s = weigh(search, above_m, fix); s != Status::kOk) return s;
   if (const Status s = filter.update(likelihood); s != Status::kOk) return s;
   // The image's error enters the estimate by the share of its uncertainty that the image took away.
   const auto trace = [](const PointMassFilter::Moments& m) { return m.covariance_m2[0] + m.covariance_m2[3]; };
-  const double gain = std::clamp(1 - trace(filter.moments()) / trace(now), 0.0, 1.0),
-               change_m = change_error_m();
+  const double gain = std::clamp(1 - trace(filter.moments()) / trace(now), 0.0, 1.0), change_m = change_error_m();
   change_variance_m2 += gain * (change_m * change_m - change_variance_m2);
 
   matched_before = true;

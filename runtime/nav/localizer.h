@@ -16,23 +16,24 @@ namespace landfix::nav {
 
 struct LocalizerOptions {
   // What the aircraft knows about its own errors.
-  double attitude_sigma_rad =
-      0.00873;  ///< roll and pitch, independent from image to image (0.5°); heading is taken as exact
+  double attitude_sigma_rad = 0.00873;      ///< roll and pitch, independent from image to image (0.5°)
   double attitude_bias_sigma_rad = 0.0052;  ///< roll and pitch, constant in flight (0.3°): never averaged away
   double map_bias_sigma_m = 0.25;           ///< georegistration error of the map, per axis: never averaged away
-  /// How far changes since the map was made (what is left of turned shadows above all) pull a match of gray values
-  /// aside: times (1 − NCC), per axis. Neighbouring images share them, so they are never averaged away.
+  /// How far changes since the map was made (what is left of turned shadows above all) pull a match aside: times
+  /// (1 − score), per axis. Neighbouring images share them, so they are never averaged away.
   double change_sigma_m = 3;
-  /// The same for the other methods, per axis: their scores do not tell.
-  double feature_sigma_m = 1;
-  double heading_sigma_rad = 0;  ///< of the heading given; 0: exact, else rotation is searched
-  double height_sigma_m = 0;     ///< of the height above ground; 0: exact, else scale is searched
+  /// The same for orientation, whose score does not tell, in pixels of the level that was matched: what moved by more
+  /// than the main lobe makes another peak, what moved by less bends it.
+  double orientation_sigma_px = 0.5;
+  /// Of the heading and of the height above ground as given. Rotation or scale is searched where these move the rim of
+  /// the view by more than the features are wide.
+  double heading_sigma_rad = 0, height_sigma_m = 0;
 
   // The policy: what is refused before the filter sees it.
-  std::optional<Method> method;              ///< absent: chosen by what the region offers
-  Gate gate = Gate::kNone;                   ///< the filter weighs doubtful images itself; a gate keeps them out
-  std::optional<int> max_map_age_days;       ///< a region whose oldest image is older, or undated, is refused
-  std::optional<int> today;                  ///< days since 1970-01-01, for the map's age
+  std::optional<Method> method;         ///< absent: chosen by what the region offers
+  Gate gate = Gate::kNone;              ///< the filter weighs doubtful images itself; a gate keeps them out
+  std::optional<int> max_map_age_days;  ///< a region whose oldest image is older, or undated, is refused
+  std::optional<int> today;             ///< days since 1970-01-01, for the map's age
 
   // The measurement.
   double outlier_probability = 0.02;  ///< of an image that says nothing about the position
@@ -61,13 +62,13 @@ struct Fix {
   double probability = 0;                 ///< that the match is the true one
   Method method = Method::kGray;          ///< that found it
   double score = 0;                       ///< height of the peak, at most 1; of gray: the NCC
-  double ambiguity = 0;                   ///< score of the best rival outside the main lobe over that of the peak; 0 to 1
-  double rotation_rad = 0;                ///< to be added to the heading, where rotation was searched
-  double rotation_sigma_rad = 0;          ///< of it; that of the heading where not searched
-  std::optional<int> map_age_days;        ///< of the oldest image in the map there, if both days are known
-  double weight = 0;           ///< 0 to 1: how far the image counted as independent of the one before
-  double ground_height_m = 0;  ///< above the ellipsoid, as used
-  double gsd_m = 0;            ///< of the map level used
+  double ambiguity = 0;             ///< score of the best rival outside the main lobe over that of the peak; 0 to 1
+  double rotation_rad = 0;          ///< to be added to the heading; 0 where rotation was not searched
+  double rotation_sigma_rad = 0;    ///< of it; that of the heading where not searched
+  std::optional<int> map_age_days;  ///< of the oldest image in the map there, if both days are known
+  double weight = 0;                ///< 0 to 1: how far the image counted as independent of the one before
+  double ground_height_m = 0;       ///< above the ellipsoid, mean of the view's middle
+  double gsd_m = 0;                 ///< of the map level used
   double processing_time_s = 0;
 };
 
@@ -97,9 +98,10 @@ class Localizer {
   /// kBadValue.
   Status predict(double displacement_east_m, double displacement_north_m, double sigma_m);
 
-  /// Matches an image with the map and takes it into the filter.
-  /// `image`: H×W of the camera's size, CV_8UC1 or CV_8UC3 (red, green, blue). `attitude`: heading against grid north. `height_m`: camera above
-  /// the ellipsoid.
+  /// Matches an image with the map and takes it into the filter. Where the map has heights and the filter knows where
+  /// they are, the image is rectified through them, otherwise on a plane.
+  /// `image`: H×W of the camera's size, CV_8UC1 or CV_8UC3 (red, green, blue). `attitude`: heading against grid north.
+  /// `height_m`: camera above the ellipsoid.
   Fix update(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m, double time_s);
 
   Estimate estimate() const;

@@ -40,6 +40,14 @@ class MapSource {
   /// Ground height above the ellipsoid in metres, or nothing where the map knows none.
   virtual std::optional<double> ground_height_m(double east_m, double north_m) const = 0;
 
+  /// Ground heights above the ellipsoid over a rectangle: CV_32FC1, NaN where unknown, at the coarsest level not
+  /// coarser than `gsd_m`, or the finest. kNoLayer where the map has no heights, kOutsideMap, kTooLarge, kMapError.
+  virtual Status read_heights(double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                              features::GridImage& heights) const {
+    (void)west_m, (void)south_m, (void)east_m, (void)north_m, (void)gsd_m, (void)heights;
+    return Status::kNoLayer;
+  }
+
   /// When the images were taken that show a rectangle; nothing where the map does not say.
   virtual std::optional<CaptureDays> capture_days(double west_m, double south_m, double east_m, double north_m) const {
     (void)west_m, (void)south_m, (void)east_m, (void)north_m;

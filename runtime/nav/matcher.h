@@ -30,6 +30,7 @@ MapLayer layer_of(Method method);
 struct Similarity {
   double rotation_rad = 0, scale = 1;
   bool is_identity() const { return rotation_rad == 0 && scale == 1; }
+  friend bool operator==(const Similarity&, const Similarity&) = default;
 };
 
 /// Compares one patch, under several similarities, with one window at a time. Keeps its buffers. Not for concurrent

@@ -11,6 +11,7 @@
 
 #include "runtime/features/orientation.h"
 #include "runtime/features/orientation_code.h"
+#include "runtime/features/vectorized.h"
 #include "runtime/kernels/correlate.h"
 #include "runtime/nav/correlator.h"
 #include "runtime/nav/matcher.h"
@@ -21,9 +22,11 @@ namespace {
 using features::GridImage;
 
 constexpr double kSharpening = 0.5, kSharpeningSigmaPx = 4;
-constexpr int kMarginPx = 5;  ///< of the camera's image, for the gradients at its rim
+constexpr int kMarginPx = 5;                ///< of the camera's image, for the gradients at its rim
 constexpr float kTernaryThreshold = 0.15f;  ///< of the camera's sharpened orientation
 constexpr double kLeastEnergy = 0.02;       ///< per pixel of the map, in squared levels: less is featureless
+constexpr int kLargePatch = 128;            ///< pixels a side: energies under it may be a thousandth off
+constexpr int kDirectPositions = 64;        ///< up to which sums are taken one by one
 constexpr double kLeastPatchEnergy = 1e-4;  ///< per pixel of the patch
 
 /// The image with a margin, in which and where it has no data it goes on as the mean of what is near: so that the
@@ -62,6 +65,41 @@ void compress(cv::Mat& ab) {
   }
 }
 
+/// Σ of products of two rows.
+inline float dot(const float* a, const float* b, int count) {
+  constexpr int kLanes = 16;  // of a fixed number, so that the sum is the same on every processor
+  float lanes[kLanes] = {}, sum = 0;
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes)
+    for (int lane = 0; lane < kLanes; ++lane) lanes[lane] += a[i + lane] * b[i + lane];
+  for (; i < count; ++i) sum += a[i] * b[i];
+  for (const float lane : lanes) sum += lane;
+  return sum;
+}
+
+/// The same of a patch, for all its positions in a window: CV_32F of as many channels. For few positions.
+LANDFIX_VECTORIZED cv::Mat products(const cv::Mat& patch, const cv::Mat& window) {
+  cv::Mat_<double> sums = cv::Mat_<double>::zeros(window.size() - patch.size() + cv::Size(1, 1));
+  const int channels = patch.channels(), count = patch.cols * channels;
+  for (int row = 0; row < patch.rows; ++row)
+    for (int y = 0; y < sums.rows; ++y)
+      for (int x = 0; x < sums.cols; ++x)
+        sums(y, x) += dot(patch.ptr<float>(row), window.ptr<float>(row + y) + x * channels, count);
+  cv::Mat out;
+  sums.convertTo(out, CV_32F);
+  return out;
+}
+
+/// −1, 0 and 1 of two channels; how many are not 0.
+LANDFIX_VECTORIZED int to_ternary(const float* in, int count, int8_t* out) {
+  int energy = 0;
+  for (int i = 0; i < count; ++i) {
+    out[i] = int8_t((in[i] > kTernaryThreshold) - (in[i] < -kTernaryThreshold));
+    energy += out[i] & 1;
+  }
+  return energy;
+}
+
 /// Ternary planes of a two-channel image in a row of buffers.
 struct Planes {
   std::vector<uint64_t> words;
@@ -80,9 +118,8 @@ struct Planes {
   kernels::Status pack(const cv::Mat& ternary) {
     for (int c = 0; c < 2; ++c) {
       const size_t plane = 2 * size_t(c);
-      const kernels::Status s =
-          kernels::pack_ternary(ternary.ptr<int8_t>() + c, ternary.step[0], 2, ternary.cols, ternary.rows, at(plane),
-                                at(plane + 1), views[plane].row_words);
+      const kernels::Status s = kernels::pack_ternary(ternary.ptr<int8_t>() + c, ternary.step[0], 2, ternary.cols,
+                                                      ternary.rows, at(plane), at(plane + 1), views[plane].row_words);
       if (s != kernels::Status::kOk) return s;
     }
     return kernels::Status::kOk;
@@ -94,6 +131,7 @@ class OrientationMatcher final : public Matcher {
   explicit OrientationMatcher(double min_coverage) : min_coverage_(min_coverage) {}
 
   Status set_patch(const GridImage& image, int rim_px) override try {
+    if (image.pixels.depth() != CV_8U || image.pixels.channels() == 2) return Status::kBadImage;
     GridImage whole = image;
     features::orientation(continued(image), {}, {}, whole.pixels, whole.valid);
     whole.pixels = whole.pixels(cv::Rect({kMarginPx, kMarginPx}, image.pixels.size())).clone();
@@ -106,34 +144,45 @@ class OrientationMatcher final : public Matcher {
     patch_ = without_rim(whole, rim_px);
     patch_.pixels = patch_.pixels.clone();
     patch_.valid = patch_.valid.clone();
+    spectra_size_ = planes_size_ = {};
+    placed_.reset();
     const int count = cv::countNonZero(patch_.valid);
     return patch_.pixels.dot(patch_.pixels) > kLeastPatchEnergy * count ? Status::kOk : Status::kNoTexture;
   } catch (...) {
     return Status::kBadImage;
   }
 
-  Status set_window(const GridImage& window) override {
+  Status set_window(const GridImage& window) override try {
     if (window.pixels.type() != CV_8SC2) return Status::kBadImage;
     window_ = window;
+    if (!window.valid.empty()) {  // whatever stands where there is no data must not vote
+      window_.pixels = cv::Mat();
+      window.pixels.copyTo(window_.pixels, window.valid);
+    }
     spectra_size_ = planes_size_ = {};
+    levels_ready_ = false;
     return Status::kOk;
+  } catch (...) {
+    return Status::kBadImage;
   }
 
   Status match(const Similarity& similarity, GridImage& surface) override try {
     if (const Status s = place(similarity, surface); s != Status::kOk) return s;
+    turned_.valid.convertTo(mask_, CV_32F, 1.0 / 255);
+    if (int(surface.pixels.total()) <= kDirectPositions) return match_directly(surface);
     const cv::Size patch = patch_.pixels.size();
     if (spectra_size_ != patch) transform_window(patch);
     std::vector<cv::Mat> channels;
     cv::split(turned_.pixels, channels);
     patch_spectrum_[0] = correlator_.spectrum(channels[0], 4);
     patch_spectrum_[1] = correlator_.spectrum(channels[1], 5);
-    turned_.valid.convertTo(mask_, CV_32F, 1.0 / 255);
-    const cv::Mat mask = correlator_.spectrum(mask_, 6);
+    has_patch_spectrum_ = true;
     const cv::Mat product = correlator_.correlate(
         {{window_spectrum_[0], patch_spectrum_[0]}, {window_spectrum_[1], patch_spectrum_[1]}}, 7);
-    const cv::Mat energy = correlator_.correlate({{energy_spectrum_, mask}}, 8);
+    const cv::Mat energy = energy_under_mask();
     cv::Mat met, patch_energy;
     if (!window_.valid.empty()) {
+      const cv::Mat mask = correlator_.spectrum(mask_, 6);
       met = correlator_.correlate({{valid_spectrum_, mask}}, 9);
       const cv::Mat squares = channels[0].mul(channels[0]) + channels[1].mul(channels[1]);
       patch_energy = correlator_.correlate({{valid_spectrum_, correlator_.spectrum(squares, 6)}}, 10);
@@ -144,16 +193,11 @@ class OrientationMatcher final : public Matcher {
   }
 
   Status match_fast(const Similarity& similarity, GridImage& surface) override try {
+    if (std::max(patch_.pixels.cols, patch_.pixels.rows) > kernels::kMaxPatchSide) return match(similarity, surface);
     if (const Status s = place(similarity, surface); s != Status::kOk) return s;
     if (planes_size_ != window_.pixels.size()) pack_window();
     cv::Mat ternary(turned_.pixels.size(), CV_8SC2);
-    const float* in = turned_.pixels.ptr<float>();
-    int8_t* out = ternary.ptr<int8_t>();
-    int64_t energy = 0;
-    for (size_t i = 0; i < 2 * ternary.total(); ++i) {
-      out[i] = int8_t((in[i] > kTernaryThreshold) - (in[i] < -kTernaryThreshold));
-      energy += out[i] != 0;
-    }
+    const int energy = to_ternary(turned_.pixels.ptr<float>(), int(2 * ternary.total()), ternary.ptr<int8_t>());
     if (energy == 0) return Status::kNoTexture;
     patch_planes_.resize(ternary.size());
     if (patch_planes_.pack(ternary) != kernels::Status::kOk) return Status::kInternal;
@@ -169,10 +213,18 @@ class OrientationMatcher final : public Matcher {
 
   /// By Parseval from the power spectra, as Ncc::independent_pixels (Bartlett 1946); two channels of one residual each.
   double independent_pixels() const override try {
-    if (patch_spectrum_[0].empty() || turned_energy_ <= 0) return 0;
+    if (turned_.pixels.empty() || turned_energy_ <= 0) return 0;
+    std::array<cv::Mat, 2> spectra = patch_spectrum_;
+    Correlator correlator;  // owns what its spectra point to
+    if (!has_patch_spectrum_) {
+      std::vector<cv::Mat> channels;
+      cv::split(turned_.pixels, channels);
+      correlator.resize(window_.pixels.size(), patch_.pixels.size());
+      for (size_t i = 0; i < spectra.size(); ++i) spectra[i] = correlator.spectrum(channels[i], i);
+    }
     cv::Mat power, second;
-    cv::mulSpectrums(patch_spectrum_[0], patch_spectrum_[0], power, 0, true);
-    cv::mulSpectrums(patch_spectrum_[1], patch_spectrum_[1], second, 0, true);
+    cv::mulSpectrums(spectra[0], spectra[0], power, 0, true);
+    cv::mulSpectrums(spectra[1], spectra[1], second, 0, true);
     power += second;
     const double sum = 2 * cv::sum(power)[0], squares = 2 * power.dot(power);
     return 2 * turned_count_ * sum * sum / (squares * double(power.total()));
@@ -187,12 +239,18 @@ class OrientationMatcher final : public Matcher {
     prepare_surface(patch_, window_, surface);
     surface.pixels.setTo(0);
     surface.valid.setTo(255);
+    if (!placed_ || *placed_ != similarity) turn(similarity);
+    return turned_energy_ > kLeastPatchEnergy * turned_count_ ? Status::kOk : Status::kNoTexture;
+  }
+
+  void turn(const Similarity& similarity) {
     apply(similarity, patch_, turned_);
     turned_.pixels.setTo(0, turned_.valid == 0);
     if (similarity.rotation_rad != 0) turn_vectors(2 * similarity.rotation_rad);
     turned_count_ = cv::countNonZero(turned_.valid);
     turned_energy_ = turned_.pixels.dot(turned_.pixels);
-    return turned_energy_ > kLeastPatchEnergy * turned_count_ ? Status::kOk : Status::kNoTexture;
+    placed_ = similarity;
+    has_patch_spectrum_ = false;
   }
 
   /// Doubled angles turn by twice the rotation.
@@ -206,6 +264,26 @@ class OrientationMatcher final : public Matcher {
     }
   }
 
+  /// Few positions are quicker one by one than by Fourier transform.
+  Status match_directly(GridImage& surface) {
+    if (!levels_ready_) {
+      window_.pixels.convertTo(window_levels_, CV_32F);
+      std::vector<cv::Mat> channels;
+      cv::split(window_levels_, channels);
+      window_energy_ = channels[0].mul(channels[0]) + channels[1].mul(channels[1]);
+      if (!window_.valid.empty()) window_.valid.convertTo(window_known_, CV_32F, 1.0 / 255);
+      levels_ready_ = true;
+    }
+    cv::Mat met, patch_energy;
+    if (!window_.valid.empty()) {
+      std::vector<cv::Mat> channels;
+      cv::split(turned_.pixels, channels);
+      met = products(mask_, window_known_);
+      patch_energy = products(channels[0].mul(channels[0]) + channels[1].mul(channels[1]), window_known_);
+    }
+    return fill(products(turned_.pixels, window_levels_), products(mask_, window_energy_), met, patch_energy, surface);
+  }
+
   void transform_window(cv::Size patch) {
     correlator_.resize(window_.pixels.size(), patch);
     std::vector<cv::Mat> channels;
@@ -214,12 +292,39 @@ class OrientationMatcher final : public Matcher {
     cv::split(levels, channels);
     window_spectrum_[0] = correlator_.spectrum(channels[0], 0);
     window_spectrum_[1] = correlator_.spectrum(channels[1], 1);
-    energy_spectrum_ = correlator_.spectrum(channels[0].mul(channels[0]) + channels[1].mul(channels[1]), 2);
+    energy_step_ = std::min(patch.width, patch.height) >= kLargePatch ? 2 : 1;
+    energy_correlator_.resize(halved_size(window_.pixels.size()), halved_size(patch));
+    energy_spectrum_ =
+        energy_correlator_.spectrum(block_means(channels[0].mul(channels[0]) + channels[1].mul(channels[1])), 0);
     if (!window_.valid.empty()) {
       window_.valid.convertTo(levels, CV_32F, 1.0 / 255);
       valid_spectrum_ = correlator_.spectrum(levels, 3);
     }
     spectra_size_ = patch;
+  }
+
+  cv::Size halved_size(cv::Size size) const {
+    return {(size.width + energy_step_ - 1) / energy_step_, (size.height + energy_step_ - 1) / energy_step_};
+  }
+  cv::Mat block_means(const cv::Mat& image) const {
+    if (energy_step_ == 1) return image;
+    cv::Mat even, out;
+    cv::copyMakeBorder(image, even, 0, image.rows % 2, 0, image.cols % 2, cv::BORDER_CONSTANT, 0);
+    cv::resize(even, out, even.size() / 2, 0, 0, cv::INTER_AREA);
+    return out;
+  }
+
+  /// The map's energy under the patch's mask, at all positions. Under a large patch it changes so slowly that means of
+  /// 2×2 pixels and every other position tell it, at a quarter of the price.
+  cv::Mat energy_under_mask() {
+    const cv::Mat mask = energy_correlator_.spectrum(block_means(mask_), 1);
+    cv::Mat energy = energy_correlator_.correlate({{energy_spectrum_, mask}}, 2);
+    if (energy_step_ == 1) return energy;
+    const cv::Mat coarse = 4 * energy(cv::Rect({0, 0}, energy_correlator_.positions()));
+    const cv::Matx23d coarse_from_fine(0.5, 0, 0, 0, 0.5, 0);
+    cv::warpAffine(coarse, energy, coarse_from_fine, correlator_.positions(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                   cv::BORDER_REPLICATE);
+    return energy;
   }
 
   void pack_window() {
@@ -234,7 +339,18 @@ class OrientationMatcher final : public Matcher {
       for (int x = 0; x < size.width; ++x) e[x] = float((in[2 * x] != 0) + (in[2 * x + 1] != 0));
     }
     window_planes_.pack(signs);
-    cv::integral(energy, energy_sums_, CV_64F);
+    cv::Mat sums;
+    cv::integral(energy, sums, CV_64F);
+    const cv::Size patch = patch_.pixels.size();
+    inverse_norms_.create(size.height - patch.height + 1, size.width - patch.width + 1, CV_32F);
+    const double least = kLeastEnergy * double(patch.area());
+    for (int y = 0; y < inverse_norms_.rows; ++y) {
+      const double *top = sums.ptr<double>(y), *bottom = sums.ptr<double>(y + patch.height);
+      float* out = inverse_norms_.ptr<float>(y);
+      for (int x = 0; x < inverse_norms_.cols; ++x)
+        out[x] =
+            float(1 / std::sqrt(std::max(bottom[x + patch.width] - bottom[x] - top[x + patch.width] + top[x], least)));
+    }
     planes_size_ = size;
   }
 
@@ -261,26 +377,29 @@ class OrientationMatcher final : public Matcher {
 
   /// Energies of the map over the patch's whole canvas, as a measure of those under its mask.
   Status fill_fast(double patch_energy, GridImage& surface) const {
-    const cv::Size patch = patch_.pixels.size();
-    const double share = turned_count_ / double(patch.area()), least = kLeastEnergy * double(patch.area());
+    const double share = turned_count_ / double(patch_.pixels.size().area());
+    const float factor = float(1 / std::sqrt(share * patch_energy));
     for (int y = 0; y < surface.pixels.rows; ++y) {
-      const double *top = energy_sums_.ptr<double>(y), *bottom = energy_sums_.ptr<double>(y + patch.height);
+      const float* norm = inverse_norms_.ptr<float>(y);
+      const int32_t* sum = sums_.data() + size_t(y) * size_t(surface.pixels.cols);
       float* out = surface.pixels.ptr<float>(y);
-      for (int x = 0; x < surface.pixels.cols; ++x) {
-        const double energy = bottom[x + patch.width] - bottom[x] - top[x + patch.width] + top[x];
-        const int32_t sum = sums_[size_t(y) * size_t(surface.pixels.cols) + size_t(x)];
-        out[x] = float(sum / std::sqrt(std::max(energy, least) * share * patch_energy));
-      }
+      for (int x = 0; x < surface.pixels.cols; ++x) out[x] = float(sum[x]) * norm[x] * factor;
     }
     return Status::kOk;
   }
 
   double min_coverage_;
   GridImage patch_, turned_, window_;
+  std::optional<Similarity> placed_;  ///< that turned_ shows
   double turned_count_ = 0, turned_energy_ = 0;
   cv::Size spectra_size_, planes_size_;
-  Correlator correlator_;
-  cv::Mat window_spectrum_[2], patch_spectrum_[2], energy_spectrum_, valid_spectrum_, mask_, energy_sums_;
+  Correlator correlator_, energy_correlator_;
+  int energy_step_ = 1;  ///< pixels of the window to one of energy_spectrum_
+  std::array<cv::Mat, 2> patch_spectrum_;
+  bool has_patch_spectrum_ = false;  ///< of turned_
+  cv::Mat window_spectrum_[2], energy_spectrum_, valid_spectrum_, mask_, inverse_norms_;
+  cv::Mat window_levels_, window_energy_, window_known_;  ///< for few positions
+  bool levels_ready_ = false;
   Planes window_planes_, patch_planes_;
   kernels::Workspace workspace_;
   std::vector<int32_t> sums_;

@@ -31,7 +31,8 @@ void leave_out_if_full(features::GridImage& window) {
 PackMap::PackMap(const Pack& pack)
     : pack_(pack),
       layers_{find("gray", LF_U8, 1), find("edge", LF_U8, 1), find("contour", LF_U8, 1),
-              find("orientation", LF_BIT, features::kOrientationPlanes)} {}
+              find("orientation", LF_BIT, features::kOrientationPlanes)},
+      heights_(find("height", LF_I16, 1)) {}
 
 PackMap::Layer PackMap::find(const char* name, lf_pixel_type type, int channels) const {
   const Result<uint32_t> index = pack_.find_layer(name);
@@ -89,13 +90,32 @@ std::optional<double> PackMap::ground_height_m(double east_m, double north_m) co
   return height ? std::optional(height->height_m) : std::nullopt;
 }
 
+nav::Status PackMap::read_heights(double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                                  features::GridImage& heights) const {
+  if (!heights_.present) return nav::Status::kNoLayer;
+  const Result<Region> region = pack_.box(heights_.index, west_m, south_m, east_m, north_m, gsd_m);
+  if (!region) return region.status() == LF_OUTSIDE_MAP ? nav::Status::kOutsideMap : nav::Status::kMapError;
+  if (double(region->width) * region->height > kMaxPixels) return nav::Status::kTooLarge;
+  try {
+    heights.west_m = region->west_m;
+    heights.north_m = region->north_m;
+    heights.gsd_m = region->gsd_m;
+    heights.pixels.create(int(region->height), int(region->width), CV_32FC1);
+    heights.valid.release();
+    const std::span<float> out(heights.pixels.ptr<float>(), heights.pixels.total());
+    return pack_.read_heights(*region, out, heights.pixels.step[0]) == LF_OK ? nav::Status::kOk
+                                                                             : nav::Status::kMapError;
+  } catch (...) {
+    return nav::Status::kInternal;
+  }
+}
+
 std::optional<CaptureDays> PackMap::capture_days(double west_m, double south_m, double east_m, double north_m) const {
   // Of what registration uses first: the layers of a pack are made of the same images.
   for (const MapLayer which : {MapLayer::kOrientation, MapLayer::kGray, MapLayer::kEdge, MapLayer::kContour}) {
     const Layer& layer = layers_[size_t(which)];
     if (!layer.present) continue;
-    const Result<Region> region =
-        pack_.box(layer.index, west_m, south_m, east_m, north_m, layer.gsd_range_m.first);
+    const Result<Region> region = pack_.box(layer.index, west_m, south_m, east_m, north_m, layer.gsd_range_m.first);
     if (!region) continue;
     const Result<EpochRange> range = pack_.epochs(*region);
     if (!range || range->dated_tiles < range->tiles) continue;

@@ -19,6 +19,8 @@ class PackMap : public MapSource {
   nav::Status read(MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
                    features::GridImage& window) const override;
   std::optional<double> ground_height_m(double east_m, double north_m) const override;
+  nav::Status read_heights(double west_m, double south_m, double east_m, double north_m, double gsd_m,
+                           features::GridImage& heights) const override;
   std::optional<CaptureDays> capture_days(double west_m, double south_m, double east_m, double north_m) const override;
 
  private:
@@ -34,6 +36,7 @@ class PackMap : public MapSource {
 
   const Pack& pack_;
   std::array<Layer, 4> layers_;  ///< by MapLayer
+  Layer heights_;
   mutable std::vector<uint64_t> words_;
 };
 

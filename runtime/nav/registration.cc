@@ -1,7 +1,9 @@
 #include "runtime/nav/registration.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace landfix::nav {
@@ -12,10 +14,16 @@ using features::GridImage;
 constexpr int kMainLobePx = 8;         ///< around the peak: the features' own correlation, no rival
 constexpr size_t kPreciseMatches = 3;  ///< similarities that are looked at precisely, of all that were tried
 constexpr size_t kCandidates = 4;      ///< peaks of the search that are followed to finer levels
+constexpr int kLeastRankedPx = 64;     ///< side of a patch by which similarities are chosen on a coarser level
+constexpr double kHopeless = 0.75;     ///< of the highest peak's value: lower ones are not followed
 constexpr int kRefineRadiusPx = 3;     ///< around where the coarser level saw it
+constexpr int kFinishRadiusPx = 2;     ///< around where the finest level saw it
 constexpr double kStepPx = 2;          ///< that a step of rotation or scale moves the patch's edge, in the search
-constexpr double kSurestProbability = 0.995;  ///< of one method: no second opinion is asked for
-constexpr double kCurvatureFactor = 4;  ///< by which variances from the peak's curvature are too small: see tools/calibrate
+constexpr double kLeastIndependentPixels = 30;  ///< with fewer, one of a thousand places fits by chance
+constexpr int kEnoughPlaces = 200;      ///< outside of the main lobe, to know rivals by: as many as it has itself
+constexpr double kChanceSigmas = 3;     ///< that unrelated content hardly exceeds in one place
+constexpr double kLargestStretch = 0.5; ///< of the scale that is searched; of rotation it is half a turn
+constexpr double kMostScores = 1e9;     ///< positions × similarities: beyond, the answer would come too late
 constexpr double kTypicalScore = 0.4;   ///< of a true match
 constexpr double kLargestPenalty = 0.1;
 constexpr double kPixelSigma = 0.35;    ///< of a position, in pixels, however sharp the peak
@@ -26,6 +34,8 @@ Status check(const GridImage& patch, const RegistrationPrior& p) {
     if (!std::isfinite(v)) return Status::kNotFinite;
   const double determinant = p.covariance_m2[0] * p.covariance_m2[3] - p.covariance_m2[1] * p.covariance_m2[2];
   if (p.covariance_m2[0] < 0 || p.covariance_m2[3] < 0 || determinant < -1e-9 * p.covariance_m2[0] * p.covariance_m2[3])
+    return Status::kBadValue;
+  if (std::abs(p.covariance_m2[1] - p.covariance_m2[2]) > 1e-6 * std::sqrt(p.covariance_m2[0] * p.covariance_m2[3]))
     return Status::kBadValue;
   if (!(p.sigmas > 0) || p.heading_sigma_rad < 0 || p.scale_sigma < 0 || !(patch.gsd_m > 0)) return Status::kBadValue;
   if (patch.pixels.empty() || patch.pixels.depth() != CV_8U) return Status::kBadImage;
@@ -73,14 +83,13 @@ double information(double independent_pixels, double value, double curvature) {
   return independent_pixels * c / (1 - c * c) * std::max(-curvature, 0.0);
 }
 
-/// Inverse of [[ee, en], [en, nn]], widened to at least `floor` and at most `ceiling` per axis.
+/// Inverse of [[ee, en], [en, nn]], along its own axes at most `ceiling`, and everywhere wider by `floor`.
 std::array<double, 4> bounded_inverse(double ee, double en, double nn, double floor, double ceiling) {
-  const double least = 1 / ceiling;
-  ee += least;
-  nn += least;
-  if (ee * nn - en * en <= 0.01 * ee * nn) en = 0;
-  const double determinant = ee * nn - en * en;
-  return {nn / determinant + floor, -en / determinant, -en / determinant, ee / determinant + floor};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes((Eigen::Matrix2d() << ee, en, en, nn).finished());
+  const Eigen::Vector2d variances = axes.eigenvalues().cwiseMax(1 / ceiling).cwiseInverse();
+  const Eigen::Matrix2d out =
+      axes.eigenvectors() * variances.asDiagonal() * axes.eigenvectors().transpose() + floor * Eigen::Matrix2d::Identity();
+  return {out(0, 0), out(0, 1), out(1, 0), out(1, 1)};
 }
 
 }  // namespace
@@ -91,10 +100,19 @@ struct Registrar::State {
   /// Patch and window of one level.
   struct Level {
     GridImage image;  ///< the patch with its rim
-    GridImage patch, window, surface;
+    GridImage patch, surface;
+    GridImage window, near_window;
     int rim_px = 0;
-    std::unique_ptr<Matcher> matcher;
+    std::unique_ptr<Matcher> matcher;  ///< keeps the window of the region
+    std::unique_ptr<Matcher> other;    ///< for windows around candidates, where that of the region is needed again
     Steps steps;
+    Matcher& nearby() const { return steps.count() > 1 ? *other : *matcher; }
+  };
+
+  /// A similarity that is tried, and how well it did.
+  struct Trial {
+    double value;
+    Similarity similarity;
   };
 
   void run_auto(const GridImage& patch, const RegistrationPrior& prior, Registration& out);
@@ -102,13 +120,19 @@ struct Registrar::State {
   Status make_levels(Method method, const GridImage& patch, const RegistrationPrior& prior);
   Status choose_level(const RegistrationPrior& prior, size_t& chosen) const;
   Status search(Level& level, const RegistrationPrior& prior, Registration& out, std::vector<Candidate>& candidates);
-  Status match_all(Level& level, GridImage& combined, cv::Mat& which, std::vector<Similarity>& similarities);
+  Status match_all(Level& level, const RegistrationPrior& prior, GridImage& combined, cv::Mat& which,
+                   std::vector<Similarity>& similarities);
+  Level& level_to_rank(Level& level, const RegistrationPrior& prior);
+  void rank(Level& level, std::vector<Trial>& trials);
   Status refine(Level& level, Candidate& candidate);
   Status finish(Level& finest, const Candidate& best, const RegistrationPrior& prior, Registration& out);
   Status refine_all(Level& level, std::vector<Candidate>& candidates);
-  Status look_again(Level& level, const RegistrationPrior& prior, const Similarity& similarity, Registration& out);
+  Status look_again(Level& level, const Similarity& similarity, Registration& out);
   Status read_region(Level& level, const RegistrationPrior& prior);
-  Status read_window(Level& level, double west, double south, double east, double north);
+  void spread_over_region(GridImage& surface) const;
+  Status read_window(const Level& level, double west, double south, double east, double north, GridImage& window,
+                     Matcher& matcher);
+  Status read_around(Level& level, const Candidate& candidate, int radius_px);
 
   /// What the prior of heading and height takes off the scores of a similarity: −N/2·log(1 − c²) − z²/2 is largest
   /// where about c² − z²/N is.
@@ -122,6 +146,7 @@ struct Registrar::State {
   RegistrationOptions options;
   double heading_sigma_rad = 0, scale_sigma = 0;  ///< of the prior
   double independent_pixels = 0;                  ///< at the level of the search
+  GridImage region;                               ///< shape of a surface over all of the region searched
   std::vector<Level> levels;  ///< finest first
   Method method_of_levels = Method::kGray;
 };
@@ -138,8 +163,11 @@ Steps steps_for(const GridImage& patch, const RegistrationPrior& prior, double p
   Steps s;
   s.rotation_rad = s.scale = step;
   // Half a step off costs next to nothing: the features are wider than that.
-  s.rotations = std::max(0, int(std::ceil(pose_sigmas * prior.heading_sigma_rad / step - 0.5)));
-  s.scales = std::max(0, int(std::ceil(pose_sigmas * prior.scale_sigma / step - 0.5)));
+  const auto steps_to = [step](double reach, double most) {
+    return std::max(0, int(std::min(std::ceil(reach / step - 0.5), std::floor(most / step))));
+  };
+  s.rotations = steps_to(pose_sigmas * prior.heading_sigma_rad, std::numbers::pi);
+  s.scales = steps_to(pose_sigmas * prior.scale_sigma, kLargestStretch);
   return s;
 }
 
@@ -167,15 +195,22 @@ cv::Point pixel_of(const GridImage& image, double east_m, double north_m) {
 }
 
 /// Standard deviation of a surface outside of the main lobe, and the highest score there. Not only local maxima: along
-/// a road or a shore the scores fall off so slowly that a place on the flank rivals the peak.
-double spread_outside(const GridImage& surface, cv::Point top, double& rival) {
+/// a road or a shore the scores fall off so slowly that a place on the flank rivals the peak. Where the region is too
+/// small to show rivals, or next to nothing of it is on the map, or the patch says so little that it fits anywhere, what
+/// unrelated content scores by chance stands in for them.
+double spread_outside(const GridImage& surface, cv::Point top, double independent_pixels, double& rival) {
   cv::Mat outside = surface.valid.clone();
   cv::circle(outside, top, kMainLobePx, 0, cv::FILLED);
-  if (cv::countNonZero(outside) < 2) return 1;
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(surface.pixels, mean, deviation, outside);
-  cv::minMaxLoc(surface.pixels, nullptr, &rival, nullptr, nullptr, outside);
-  return std::max(deviation[0], 1e-6);
+  const int places = cv::countNonZero(outside);
+  cv::Scalar mean, deviation(0);
+  if (places > 0) {
+    cv::meanStdDev(surface.pixels, mean, deviation, outside);
+    cv::minMaxLoc(surface.pixels, nullptr, &rival, nullptr, nullptr, outside);
+  }
+  if (places >= kEnoughPlaces && independent_pixels >= kLeastIndependentPixels) return std::max(deviation[0], 1e-6);
+  const double by_chance = 1 / std::sqrt(std::max(independent_pixels, 1.0));
+  rival = std::max(rival, kChanceSigmas * by_chance);
+  return std::max(deviation[0], by_chance);
 }
 
 }  // namespace
@@ -188,11 +223,13 @@ Status Registrar::State::make_levels(Method method, const GridImage& patch, cons
   const double ratio = std::log2(image.gsd_m / finest);
   if (image.gsd_m < finest || image.gsd_m > coarsest || std::abs(ratio - std::round(ratio)) > 1e-6)
     return Status::kBadValue;
+  if (method != method_of_levels) levels.clear();
+  method_of_levels = method;
   size_t count = 0;
   while (true) {
-    if (levels.size() == count || method != method_of_levels) {
-      if (levels.size() == count) levels.emplace_back();
-      levels[count].matcher = make_matcher(method, options.min_coverage);
+    if (levels.size() == count) {
+      levels.emplace_back().matcher = make_matcher(method, options.min_coverage);
+      levels[count].other = make_matcher(method, options.min_coverage);
     }
     Level& level = levels[count++];
     level.image = image;
@@ -205,7 +242,6 @@ Status Registrar::State::make_levels(Method method, const GridImage& patch, cons
     image = halved(image);
   }
   levels.resize(count);
-  method_of_levels = method;
   return Status::kOk;
 }
 
@@ -219,38 +255,100 @@ Status Registrar::State::choose_level(const RegistrationPrior& prior, size_t& ch
       return Status::kOk;
   }
   // The coarsest level is searched whatever it costs, within reason.
-  --chosen;
-  const double gsd = levels[chosen].patch.gsd_m;
-  return std::max(reach.x, reach.y) / gsd <= 2.0 * options.max_window_px ? Status::kOk : Status::kTooLarge;
+  const Level& coarsest = levels[--chosen];
+  const double gsd = coarsest.patch.gsd_m, columns = 2 * reach.x / gsd + 1, rows = 2 * reach.y / gsd + 1;
+  const bool small = std::max(columns, rows) <= 2.0 * options.max_window_px;
+  return small && columns * rows * double(coarsest.steps.count()) <= kMostScores ? Status::kOk : Status::kTooLarge;
 }
 
-Status Registrar::State::read_window(Level& level, double west, double south, double east, double north) {
+Status Registrar::State::read_window(const Level& level, double west, double south, double east, double north,
+                                     GridImage& window, Matcher& matcher) {
   const GridImage& p = level.patch;
   const Status status =
       map.read(layer_of(method_of_levels), west + p.west_m, south + p.north_m - p.pixels.rows * p.gsd_m,
-               east + p.west_m + p.pixels.cols * p.gsd_m, north + p.north_m, p.gsd_m, level.window);
+               east + p.west_m + p.pixels.cols * p.gsd_m, north + p.north_m, p.gsd_m, window);
   if (status != Status::kOk) return status;
-  return level.window.gsd_m == p.gsd_m ? level.matcher->set_window(level.window) : Status::kMapError;
+  return window.gsd_m == p.gsd_m ? matcher.set_window(window) : Status::kMapError;
 }
 
+/// The whole region, less where the patch could not meet enough of the map.
 Status Registrar::State::read_region(Level& level, const RegistrationPrior& prior) {
   const cv::Point2d reach = reach_of(prior);
-  return read_window(level, prior.east_m - reach.x, prior.north_m - reach.y, prior.east_m + reach.x,
-                     prior.north_m + reach.y);
+  if (const Status s = read_window(level, prior.east_m - reach.x, prior.north_m - reach.y, prior.east_m + reach.x,
+                                   prior.north_m + reach.y, level.window, *level.matcher);
+      s != Status::kOk)
+    return s;
+  prepare_surface(level.patch, level.window, region);
+  if (level.window.valid.empty()) return Status::kOk;
+  const cv::Size patch = level.patch.pixels.size();
+  const int dx = int((1 - options.min_coverage) * patch.width) + 1, dy = int((1 - options.min_coverage) * patch.height) + 1;
+  cv::Rect useful = cv::boundingRect(level.window.valid);
+  useful = cv::Rect(useful.x - dx, useful.y - dy, useful.width + 2 * dx, useful.height + 2 * dy) &
+           cv::Rect({0, 0}, level.window.pixels.size());
+  if (useful.width < patch.width || useful.height < patch.height) return Status::kOutsideMap;
+  if (useful.size() == level.window.pixels.size()) return Status::kOk;
+  level.window.west_m += useful.x * level.window.gsd_m;
+  level.window.north_m -= useful.y * level.window.gsd_m;
+  level.window.pixels = level.window.pixels(useful).clone();
+  level.window.valid = level.window.valid(useful).clone();
+  return level.matcher->set_window(level.window);
+}
+
+/// Brings a surface of a part of the region to its whole: the rest is not on the map, which excludes nothing.
+void Registrar::State::spread_over_region(GridImage& surface) const {
+  if (surface.pixels.size() == region.pixels.size()) return;
+  const cv::Rect part(int(std::lround((surface.west_m - region.west_m) / region.gsd_m)),
+                      int(std::lround((region.north_m - surface.north_m) / region.gsd_m)), surface.pixels.cols,
+                      surface.pixels.rows);
+  GridImage whole = region;
+  whole.pixels = cv::Mat::zeros(region.pixels.size(), CV_32F);
+  whole.valid = cv::Mat::zeros(region.pixels.size(), CV_8U);
+  surface.pixels.copyTo(whole.pixels(part));
+  surface.valid.copyTo(whole.valid(part));
+  surface = whole;
+}
+
+Status Registrar::State::read_around(Level& level, const Candidate& candidate, int radius_px) {
+  const double reach = radius_px * level.patch.gsd_m;
+  return read_window(level, candidate.east_m - reach, candidate.north_m - reach, candidate.east_m + reach,
+                     candidate.north_m + reach, level.near_window, level.nearby());
+}
+
+/// Where similarities are compared: one level coarser, if it is fine enough, costs a tenth and shows as well which of
+/// them are right.
+Registrar::State::Level& Registrar::State::level_to_rank(Level& level, const RegistrationPrior& prior) {
+  if (&level == &levels.back()) return level;
+  Level& coarser = *(&level + 1);
+  if (std::min(coarser.patch.pixels.cols, coarser.patch.pixels.rows) < kLeastRankedPx) return level;
+  if (coarser.matcher->set_patch(coarser.image, coarser.rim_px) != Status::kOk) return level;
+  const GridImage searched = region;
+  const Status status = read_region(coarser, prior);
+  region = searched;
+  return status == Status::kOk ? coarser : level;
+}
+
+/// Sorts similarities by their highest scores, the best first.
+void Registrar::State::rank(Level& level, std::vector<Trial>& trials) {
+  independent_pixels = 0;
+  for (Trial& trial : trials) {
+    trial.value = -1;
+    if (level.matcher->match_fast(trial.similarity, level.surface) != Status::kOk) continue;
+    cv::minMaxLoc(level.surface.pixels, nullptr, &trial.value, nullptr, nullptr, level.surface.valid);
+    if (independent_pixels == 0) independent_pixels = level.matcher->independent_pixels();
+    trial.value -= penalty(trial.similarity);
+  }
+  std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.value > b.value; });
 }
 
 /// The best score over all similarities at every position, and which of them it was.
-Status Registrar::State::match_all(Level& level, GridImage& combined, cv::Mat& which,
+Status Registrar::State::match_all(Level& level, const RegistrationPrior& prior, GridImage& combined, cv::Mat& which,
                                    std::vector<Similarity>& similarities) {
   const Steps& s = level.steps;
-  struct Trial {
-    double value;
-    Similarity similarity;
-  };
   std::vector<Trial> trials;
-  Status worst = level.matcher->match({}, level.surface);
-  independent_pixels = level.matcher->independent_pixels();
+  Status worst = Status::kOutsideMap;
   if (s.count() == 1) {
+    worst = level.matcher->match({}, level.surface);
+    independent_pixels = level.matcher->independent_pixels();
     combined = level.surface;
     combined.pixels = level.surface.pixels.clone();
     combined.valid = level.surface.valid.clone();
@@ -261,15 +359,7 @@ Status Registrar::State::match_all(Level& level, GridImage& combined, cv::Mat& w
   for (int r = -s.rotations; r <= s.rotations; ++r)
     for (int k = -s.scales; k <= s.scales; ++k) trials.push_back({0, {r * s.rotation_rad, 1 + k * s.scale}});
   if (trials.size() > kPreciseMatches) {
-    for (Trial& trial : trials) {
-      const Status status = level.matcher->match_fast(trial.similarity, level.surface);
-      if (status != Status::kOk) worst = status;
-      trial.value = -1;
-      if (status == Status::kOk)
-        cv::minMaxLoc(level.surface.pixels, nullptr, &trial.value, nullptr, nullptr, level.surface.valid);
-      trial.value -= penalty(trial.similarity);
-    }
-    std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.value > b.value; });
+    rank(level_to_rank(level, prior), trials);
     trials.resize(kPreciseMatches);
   }
   combined = GridImage();
@@ -279,6 +369,7 @@ Status Registrar::State::match_all(Level& level, GridImage& combined, cv::Mat& w
       worst = status;
       continue;
     }
+    if (combined.pixels.empty()) independent_pixels = level.matcher->independent_pixels();
     level.surface.pixels -= penalty(trial.similarity);
     if (combined.pixels.empty()) {
       combined = level.surface;
@@ -302,7 +393,7 @@ Status Registrar::State::search(Level& level, const RegistrationPrior& prior, Re
   if (const Status s = read_region(level, prior); s != Status::kOk) return s;
   cv::Mat which;
   std::vector<Similarity> similarities;
-  if (const Status s = match_all(level, out.surface, which, similarities); s != Status::kOk) return s;
+  if (const Status s = match_all(level, prior, out.surface, which, similarities); s != Status::kOk) return s;
   out.evidence.independent_pixels = independent_pixels;
   out.gsd_m = level.patch.gsd_m;
   candidates = highest_peaks(out.surface, kCandidates);
@@ -315,28 +406,30 @@ Status Registrar::State::search(Level& level, const RegistrationPrior& prior, Re
 /// Follows a candidate at its own or the next finer level: similarities half a step around, positions some pixels
 /// around.
 Status Registrar::State::refine(Level& level, Candidate& candidate) {
-  const double reach = kRefineRadiusPx * level.patch.gsd_m;
-  if (const Status s = read_window(level, candidate.east_m - reach, candidate.north_m - reach,
-                                   candidate.east_m + reach, candidate.north_m + reach);
-      s != Status::kOk)
-    return s;
+  if (const Status s = read_around(level, candidate, kRefineRadiusPx); s != Status::kOk) return s;
   const Similarity start = candidate.similarity;
   Similarity best = start;
   if (level.steps.count() > 1) {
     double highest = -2;
-    for (int r = -1; r <= 1; ++r)
-      for (int k = -1; k <= 1; ++k) {
-        if ((r != 0 && level.steps.rotations == 0) || (k != 0 && level.steps.scales == 0)) continue;
-        const Similarity trial{start.rotation_rad + 0.5 * r * level.steps.rotation_rad,
-                               start.scale + 0.5 * k * level.steps.scale};
-        double value;
-        if (level.matcher->match_fast(trial, level.surface) != Status::kOk) continue;
-        cv::minMaxLoc(level.surface.pixels, nullptr, &value, nullptr, nullptr, level.surface.valid);
-        value -= penalty(trial);
-        if (value > highest) highest = value, best = trial;
-      }
+    const auto consider = [&](const Similarity& trial) {
+      double value;
+      if (level.nearby().match_fast(trial, level.surface) != Status::kOk) return;
+      cv::minMaxLoc(level.surface.pixels, nullptr, &value, nullptr, nullptr, level.surface.valid);
+      value -= penalty(trial);
+      if (value > highest) highest = value, best = trial;
+    };
+    const auto consider_rotations = [&] {
+      if (level.steps.rotations == 0) return;
+      for (const int r : {-1, 1}) consider({start.rotation_rad + 0.5 * r * level.steps.rotation_rad, best.scale});
+    };
+    consider(start);
+    consider_rotations();
+    const double rotation_rad = best.rotation_rad;
+    if (level.steps.scales > 0)
+      for (const int k : {-1, 1}) consider({rotation_rad, start.scale + 0.5 * k * level.steps.scale});
+    if (best.scale != start.scale) consider_rotations();
   }
-  if (const Status s = level.matcher->match(best, level.surface); s != Status::kOk) return s;
+  if (const Status s = level.nearby().match(best, level.surface); s != Status::kOk) return s;
   const std::vector<Candidate> peak = highest_peaks(level.surface, 1);
   if (peak.empty()) return Status::kOutsideMap;
   candidate = peak[0];
@@ -348,8 +441,9 @@ Status Registrar::State::refine(Level& level, Candidate& candidate) {
 /// Refines all candidates and sorts them, the highest first.
 Status Registrar::State::refine_all(Level& level, std::vector<Candidate>& candidates) {
   std::vector<Candidate> kept;
+  const double hopeless = std::min(kHopeless * candidates[0].value, candidates[0].value);
   for (Candidate& c : candidates)
-    if (refine(level, c) == Status::kOk) kept.push_back(c);
+    if (c.value >= hopeless && refine(level, c) == Status::kOk) kept.push_back(c);
   if (kept.empty()) return Status::kOutsideMap;
   std::stable_sort(kept.begin(), kept.end(), [](const Candidate& a, const Candidate& b) { return a.value > b.value; });
   candidates = kept;
@@ -357,9 +451,7 @@ Status Registrar::State::refine_all(Level& level, std::vector<Candidate>& candid
 }
 
 /// Adds the scores of a refined similarity over the whole region: the peak as high as it is, for its gap to the rivals.
-Status Registrar::State::look_again(Level& level, const RegistrationPrior& prior, const Similarity& similarity,
-                                    Registration& out) {
-  if (const Status s = read_region(level, prior); s != Status::kOk) return s;
+Status Registrar::State::look_again(Level& level, const Similarity& similarity, Registration& out) {
   if (const Status s = level.matcher->match(similarity, level.surface); s != Status::kOk) return s;
   level.surface.pixels -= penalty(similarity);
   const cv::Mat better = (level.surface.pixels > out.surface.pixels) & level.surface.valid;
@@ -371,26 +463,24 @@ Status Registrar::State::look_again(Level& level, const RegistrationPrior& prior
 /// Sub-pixel position, uncertainties and the refined similarity, from the finest level.
 Status Registrar::State::finish(Level& finest, const Candidate& best, const RegistrationPrior& prior,
                                 Registration& out) {
-  const double gsd = finest.patch.gsd_m, reach = kRefineRadiusPx * gsd;
-  if (const Status s =
-          read_window(finest, best.east_m - reach, best.north_m - reach, best.east_m + reach, best.north_m + reach);
-      s != Status::kOk)
-    return s;
+  const double gsd = finest.patch.gsd_m;
+  if (const Status s = read_around(finest, best, kFinishRadiusPx); s != Status::kOk) return s;
   out.similarity = best.similarity;
   out.rotation_sigma_rad = prior.heading_sigma_rad;
   out.scale_sigma = prior.scale_sigma;
   const auto value_at = [&](const Similarity& similarity) {
     double value = -1;
-    if (finest.matcher->match(similarity, finest.surface) == Status::kOk)
+    if (finest.nearby().match(similarity, finest.surface) == Status::kOk)
       cv::minMaxLoc(finest.surface.pixels, nullptr, &value, nullptr, nullptr, finest.surface.valid);
     return value;
   };
   const double independent = out.evidence.independent_pixels;
+  const double start = finest.steps.count() > 1 ? value_at(best.similarity) : 0;
   const auto refine_parameter = [&](double step, double& parameter, double& sigma, auto&& at) {
-    const double middle = value_at(at(0)), left = value_at(at(-step)), right = value_at(at(step));
+    const double left = value_at(at(-step)), middle = start, right = value_at(at(step));
     parameter += step * parabola_top(left, middle, right);
     const double info = information(independent, middle, (left - 2 * middle + right) / (step * step));
-    sigma = std::min(sigma, std::sqrt(kCurvatureFactor / std::max(info, 1e-12) + step * step / 16));
+    sigma = std::min(sigma, std::sqrt(variance_factor(out.method) / std::max(info, 1e-12) + step * step / 16));
   };
   if (finest.steps.rotations > 0)
     refine_parameter(0.5 * finest.steps.rotation_rad, out.similarity.rotation_rad, out.rotation_sigma_rad, [&](double d) {
@@ -401,7 +491,7 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
       return Similarity{best.similarity.rotation_rad, best.similarity.scale + d};
     });
 
-  if (const Status s = finest.matcher->match(out.similarity, finest.surface); s != Status::kOk) return s;
+  if (const Status s = finest.nearby().match(out.similarity, finest.surface); s != Status::kOk) return s;
   const cv::Mat& c = finest.surface.pixels;
   cv::Point top;
   double value;
@@ -417,11 +507,19 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
   out.peak.north_m = finest.surface.north_m - (row + 0.5) * gsd;
   const double g2 = gsd * gsd, en = -(at(1, 1) - at(-1, 1) - at(1, -1) + at(-1, -1)) / 4;  // rows run south
   const double scale = independent * std::clamp(value, 0.05, 0.95) / (1 - std::min(value, 0.95) * std::min(value, 0.95));
-  const auto bend = [&](double left, double right) { return std::max(2 * at(0, 0) - left - right, 0.0); };
+  // By least squares over all nine: of three alone, a sharp crest that runs aslant would look like a summit.
+  double ee = 0, nn = 0;
+  for (int k = -1; k <= 1; ++k) {
+    ee += (2 * at(0, k) - at(-1, k) - at(1, k)) / 3;
+    nn += (2 * at(k, 0) - at(k, -1) - at(k, 1)) / 3;
+  }
+  const double per_m2 = scale / (g2 * variance_factor(out.method));
   out.covariance_m2 = bounded_inverse(
-      scale * bend(at(-1, 0), at(1, 0)) / g2 / kCurvatureFactor, -scale * en / g2 / kCurvatureFactor,
-      scale * bend(at(0, -1), at(0, 1)) / g2 / kCurvatureFactor, kPixelSigma * kPixelSigma * g2,
+      per_m2 * ee, -per_m2 * en, per_m2 * nn, kPixelSigma * kPixelSigma * g2,
       std::max(prior.covariance_m2[0], prior.covariance_m2[3]) + g2);
+  const auto& covariance = out.covariance_m2;
+  const double mean = 0.5 * (covariance[0] + covariance[3]), half = 0.5 * (covariance[0] - covariance[3]);
+  out.evidence.sigma_px = std::sqrt((mean + std::hypot(half, covariance[1])) / g2);
   return Status::kOk;
 }
 
@@ -434,16 +532,17 @@ Status Registrar::State::run_method(Method method, const GridImage& patch, const
   size_t chosen;
   if (const Status s = choose_level(prior, chosen); s != Status::kOk) return s;
   std::vector<Candidate> candidates;
+  if (levels[chosen].steps.count() > 1) levels[chosen].other->set_patch(levels[chosen].image, levels[chosen].rim_px);
   if (const Status s = search(levels[chosen], prior, out, candidates); s != Status::kOk) return s;
 
   if (levels[chosen].steps.count() > 1) {
     if (const Status s = refine_all(levels[chosen], candidates); s != Status::kOk) return s;
-    if (const Status s = look_again(levels[chosen], prior, candidates[0].similarity, out); s != Status::kOk) return s;
+    if (const Status s = look_again(levels[chosen], candidates[0].similarity, out); s != Status::kOk) return s;
   }
   // Finer levels tell little more about which peak is true: all candidates go one level down, the best of them on.
   for (size_t i = chosen; i-- > 0;) {
     Level& level = levels[i];
-    if (const Status s = level.matcher->set_patch(level.image, level.rim_px); s != Status::kOk) return s;
+    if (const Status s = level.nearby().set_patch(level.image, level.rim_px); s != Status::kOk) return s;
     if (const Status s = refine_all(level, candidates); s != Status::kOk) return s;
     candidates.resize(1);
   }
@@ -451,7 +550,7 @@ Status Registrar::State::run_method(Method method, const GridImage& patch, const
 
   const cv::Point top = pixel_of(out.surface, candidates[0].east_m, candidates[0].north_m);
   double rival = -1;
-  out.evidence.spread = spread_outside(out.surface, top, rival);
+  out.evidence.spread = spread_outside(out.surface, top, out.evidence.independent_pixels, rival);
   cv::Mat lobe(out.surface.pixels.size(), CV_8U, cv::Scalar(0));
   cv::circle(lobe, top, 2, 255, cv::FILLED);
   cv::minMaxLoc(out.surface.pixels, nullptr, &out.peak.value, nullptr, nullptr, lobe);
@@ -459,29 +558,26 @@ Status Registrar::State::run_method(Method method, const GridImage& patch, const
   out.evidence.value = out.peak.value;
   out.evidence.gap = out.peak.gap;
   out.probability = probability_of(method, out.evidence);
+  spread_over_region(out.surface);
   const LikelihoodOptions o{out.evidence.independent_pixels, 0.5 * out.gsd_m, options.outlier_probability};
   return likelihood_from_ncc(out.surface, o, out.likelihood);
 }
 
-/// Orientation first, where the map has it. Where it is not sure, gray is asked too: it sees shades that have no edges.
+/// The first of the methods that the map has a layer for and that sees something to compare: orientation survives most.
+/// Where it is not sure, the next one is asked too, which may confirm, cast doubt, or be the surer one.
 void Registrar::State::run_auto(const GridImage& patch, const RegistrationPrior& prior, Registration& out) {
-  Status first = Status::kNoLayer;
-  for (const Method method : {Method::kOrientation, Method::kGray, Method::kContour, Method::kEdge}) {
+  out.status = Status::kNoLayer;
+  for (const Method method : {Method::kOrientation, Method::kGray, Method::kEdge, Method::kContour}) {
     Registration next;
     next.status = run_method(method, patch, prior, next);
     if (next.status == Status::kNoLayer) continue;
-    if (first == Status::kNoLayer) {
-      first = next.status;
-      out = std::move(next);
-      if (out.status == Status::kOk && out.probability >= kSurestProbability) return;
+    if (out.status != Status::kOk) {
+      const bool first = out.status == Status::kNoLayer;
+      if (first || next.status == Status::kOk) out = std::move(next);
+      if (out.status == Status::kOk && out.probability >= threshold_of(Gate::kStandard)) return;
       continue;
     }
-    // The second opinion: never overrules, but may confirm or cast doubt; serves alone where the first saw nothing.
     if (next.status != Status::kOk) return;
-    if (out.status != Status::kOk) {
-      out = std::move(next);
-      return;
-    }
     const double apart_m = std::hypot(next.peak.east_m - out.peak.east_m, next.peak.north_m - out.peak.north_m);
     const bool agree = apart_m <= kMainLobePx * std::max(out.gsd_m, next.gsd_m);
     const double combined = combined_probability(out.probability, next.probability, agree);
@@ -489,7 +585,6 @@ void Registrar::State::run_auto(const GridImage& patch, const RegistrationPrior&
     out.probability = combined;
     return;
   }
-  out.status = first == Status::kNoLayer ? Status::kNoLayer : out.status;
 }
 
 Registrar::Registrar(const MapSource& map, const RegistrationOptions& options)

@@ -26,14 +26,15 @@ struct RegistrationPrior {
 };
 
 struct RegistrationOptions {
-  std::optional<Method> method;       ///< absent: chosen and combined by what the region offers ("auto")
+  std::optional<Method> method;  ///< absent: chosen and combined by what the region offers ("auto")
   Gate gate = Gate::kStandard;
-  double min_coverage = 0.5;          ///< of the patch that must lie on the map
-  double pose_sigmas = 2;             ///< rotation and scale are searched this many sigmas to either side
-  int rim_px = 0;                     ///< pixels along the patch's canvas that serve the operators but do not vote
-  int min_template_px = 48;           ///< a coarser level is not searched where it made the patch smaller
-  double search_budget_px = 1.5e6;    ///< most positions × similarities that the search looks at; coarser beyond
-  int max_window_px = 1024;           ///< of a side of the window searched
+  double min_coverage = 0.5;  ///< of the patch that must lie on the map
+  /// Rotation and scale are searched this many sigmas to either side, at most half a turn and half of the scale.
+  double pose_sigmas = 2;
+  int rim_px = 0;                   ///< pixels along the patch's canvas that serve the operators but do not vote
+  int min_template_px = 48;         ///< a coarser level is not searched where it made the patch smaller
+  double search_budget_px = 1.5e6;  ///< most positions × similarities that the search looks at; coarser beyond
+  int max_window_px = 1024;         ///< of a side of the window searched; twice as many positions at the coarsest level
   double outlier_probability = 0.02;  ///< of an image that says nothing, in the likelihood
 };
 
@@ -50,7 +51,7 @@ struct Registration {
   double probability = 0;                 ///< that the peak is the true one
   Similarity similarity;                  ///< what the assumed heading and height had wrong
   double rotation_sigma_rad = 0, scale_sigma = 0;
-  Evidence evidence;                      ///< what the probability was told
+  Evidence evidence;  ///< what the probability was told
 };
 
 /// Searches rotation, scale and position coarse to fine over the levels of the map. Keeps its buffers. Not for

@@ -14,7 +14,7 @@ namespace landfix::nav {
 namespace {
 
 using features::GridImage;
-using testing::ImageMap;
+using testing::GrayMap;
 using testing::Pose;
 using testing::Random;
 
@@ -53,7 +53,7 @@ struct FlightPlan {
 
 /// One flight with a turn in the middle: odometry with a scale and a direction error of 2.5 % each, attitude with a
 /// constant and a white error, a barometer off by 1 m; the scene is the map with 20 % of other texture mixed in.
-void fly(const ImageMap& map, const GridImage& scene, const FlightPlan& plan, uint64_t seed, Statistics& statistics) {
+void fly(const GrayMap& map, const GridImage& scene, const FlightPlan& plan, uint64_t seed, Statistics& statistics) {
   Random random(seed);
   const Camera camera = camera_from_field_of_view(240, 180, 60 * kDegree);
   LocalizerOptions options;
@@ -103,7 +103,7 @@ const GridImage& changed_ground() {
 }
 
 Statistics monte_carlo(const GridImage& scene, const FlightPlan& plan, int flights) {
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Statistics statistics;
   for (int i = 0; i < flights; ++i) fly(map, scene, plan, 100 + uint64_t(i), statistics);
   std::printf("%d updates: RMS %.2f m (expected %.2f), worst %.2f m, inside 3 sigma %.3f, true peaks %.3f\n",
@@ -140,7 +140,7 @@ TEST(Localizer, StaysHonestWhereTheSceneHasChanged) {
 /// Flies level and north-up over a map without any error.
 class Ideal {
  public:
-  Ideal(const ImageMap& map, const GridImage& scene, double sigma_m, double east_m = 0, double north_m = 0)
+  Ideal(const GrayMap& map, const GridImage& scene, double sigma_m, double east_m = 0, double north_m = 0)
       : localizer(map), scene_(scene), pose_{east_m, north_m, 60, {}} {
     EXPECT_EQ(localizer.start(east_m, north_m, sigma_m), Status::kOk);
   }
@@ -180,7 +180,7 @@ TEST(Localizer, KeepsTwoLookAlikesUntilTheViewTellsThemApart) {
   GridImage twins{ground().pixels.clone(), {}, -400, 400, 0.25};
   const cv::Rect here(1600 - 220, 1600 - 220, 440, 440);
   twins.pixels(here).copyTo(twins.pixels(here + cv::Point(600, 0)));
-  const ImageMap map(twins, 5, kGroundHeight);
+  const GrayMap map(twins, 5, kGroundHeight);
   Ideal flight(map, twins, 60, 75, 0);
   flight.displace(-75, 0);
   const Fix fix = flight.look();
@@ -201,7 +201,7 @@ TEST(Localizer, KeepsTwoLookAlikesUntilTheViewTellsThemApart) {
 TEST(Localizer, FindsItselfFromFarOffOnACoarserLevel) {
   // ±4 sigma of 100 m and the footprint are 880 m: 3500 pixels at 0.25 m, so that 1 m is taken; within a few images it
   // is back at 0.25 m.
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Ideal flight(map, ground(), 100);
   flight.displace(130, -110);
   const Fix first = flight.look();
@@ -220,7 +220,7 @@ TEST(Localizer, FindsItselfFromFarOffOnACoarserLevel) {
 }
 
 TEST(Localizer, LearnsNothingFromABlankOrNoisyImage) {
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Ideal flight(map, ground(), 8);
   const Estimate before = flight.localizer.estimate();
   EXPECT_EQ(flight.show(cv::Mat(180, 240, CV_8U, cv::Scalar(90))).status, Status::kNoTexture);
@@ -239,7 +239,7 @@ TEST(Localizer, LearnsNothingFromABlankOrNoisyImage) {
 
 TEST(Localizer, DoesNotGrowSurerByHovering) {
   // Pictures of the same place repeat the same error: after the first they weigh nothing.
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Ideal flight(map, ground(), 8);
   ASSERT_EQ(flight.look().weight, 1);
   const double first = flight.localizer.estimate().covariance_m2[0];
@@ -249,7 +249,7 @@ TEST(Localizer, DoesNotGrowSurerByHovering) {
 
 TEST(Localizer, NeverReportsLessThanTheConstantErrors) {
   // 0.3° at 60 m and 0.25 m of map: 0.403 m per axis, however many images agree.
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Ideal flight(map, ground(), 5);
   for (int i = 0; i < 15; ++i) {
     flight.move(8, 0, 0.01);
@@ -263,7 +263,7 @@ TEST(Localizer, NeverAveragesAwayWhatHasChanged) {
   // Half of the contrast is foreign: the correlation is about 0.7, and 3 m (1 - 0.7) = 0.9 m per axis stay however many
   // images agree; an unchanged scene leaves less than half of that variance.
   const GridImage changed{ground().pixels * 0.5 + testing::random_texture(3200, 3200, 14) * 0.5, {}, -400, 400, 0.25};
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Ideal same(map, ground(), 5), other(map, changed, 5);
   Fix fix;
   for (int i = 0; i < 20; ++i) {
@@ -279,8 +279,82 @@ TEST(Localizer, NeverAveragesAwayWhatHasChanged) {
   EXPECT_LT(same.localizer.estimate().covariance_m2[0], 0.5 * other.localizer.estimate().covariance_m2[0]);
 }
 
+TEST(Localizer, MeasuresAHeadingThatIsOff) {
+  // The true heading is 3° more than the measured one, which is known to 2°. At 60 m the patch is some 120 px wide at
+  // 0.5 m and coarser: a turn of a tenth of a pixel at its rim is 0.1°.
+  const GrayMap map(ground(), 5, kGroundHeight);
+  const Camera camera = camera_from_field_of_view(240, 180, 60 * kDegree);
+  LocalizerOptions options;
+  options.heading_sigma_rad = 2 * kDegree;
+  Localizer localizer(map, options);
+  ASSERT_EQ(localizer.start(4, -3, 5), Status::kOk);
+  const Pose truth{0, 0, 60, {0, 0, 53 * kDegree}};
+  const cv::Mat image = testing::take_picture(ground(), camera, truth);
+  const Fix fix = localizer.update(image, camera, {0, 0, 50 * kDegree}, kGroundHeight + 60, 0);
+  ASSERT_EQ(fix.status, Status::kOk) << to_text(fix.status);
+  EXPECT_NEAR(fix.rotation_rad, 3 * kDegree, 0.3 * kDegree);
+  EXPECT_LT(fix.rotation_sigma_rad, 0.5 * kDegree);
+  EXPECT_GT(fix.rotation_sigma_rad, 0.02 * kDegree);
+  EXPECT_NEAR(fix.east_m, 0, 0.3);
+  EXPECT_NEAR(fix.north_m, 0, 0.3);
+}
+
+TEST(Localizer, TakesAHeadingKnownWellAsItIs) {
+  // 0.2° turn the rim of the patch by less than half a pixel: not worth a search, and the heading's own sigma stands.
+  const GrayMap map(ground(), 5, kGroundHeight);
+  const Camera camera = camera_from_field_of_view(240, 180, 60 * kDegree);
+  LocalizerOptions options;
+  options.heading_sigma_rad = 0.2 * kDegree;
+  Localizer localizer(map, options);
+  ASSERT_EQ(localizer.start(0, 0, 5), Status::kOk);
+  const Fix fix = localizer.update(testing::take_picture(ground(), camera, {}), camera, {}, kGroundHeight + 60, 0);
+  ASSERT_EQ(fix.status, Status::kOk);
+  EXPECT_EQ(fix.rotation_rad, 0);
+  EXPECT_EQ(fix.rotation_sigma_rad, options.heading_sigma_rad);
+}
+
+TEST(Localizer, LeavesOutWhatTheMaskCovers) {
+  // A skid with its own texture covers the lower third. Masked, the rest matches as before; not masked, a third of the
+  // contrast is foreign.
+  const GrayMap map(ground(), 5, kGroundHeight);
+  Camera camera = camera_from_field_of_view(240, 180, 60 * kDegree);
+  cv::Mat image = testing::take_picture(ground(), camera, {});
+  const cv::Rect skid(0, 120, 240, 60);
+  testing::random_texture(240, 60, 5).copyTo(image(skid));
+  const auto score = [&] {
+    Localizer localizer(map);
+    EXPECT_EQ(localizer.start(0, 0, 5), Status::kOk);
+    const Fix fix = localizer.update(image, camera, {}, kGroundHeight + 60, 0);
+    EXPECT_EQ(fix.status, Status::kOk);
+    return fix.score;
+  };
+  const double open = score();
+  camera.mask = cv::Mat(180, 240, CV_8U, cv::Scalar(255));
+  camera.mask(skid).setTo(0);
+  EXPECT_GT(score(), 0.95);
+  EXPECT_LT(open, 0.8);
+}
+
+TEST(Localizer, TakesColourAndOrientation) {
+  // Half of all edges have turned round in another season: gray values fail, orientation of the colours does not.
+  const GridImage summer = testing::ground_of(testing::countryside(1600, 3)),
+                  winter = testing::ground_of(testing::countryside(1600, 3, 1));
+  const ImageMap map(summer, 4, kGroundHeight);
+  const Camera camera = camera_from_field_of_view(240, 180, 60 * kDegree);
+  Localizer localizer(map);
+  ASSERT_EQ(localizer.start(6, 5, 5), Status::kOk);
+  const cv::Mat image = testing::take_picture(winter, camera, {0, 0, 60, {}});
+  ASSERT_EQ(image.type(), CV_8UC3);
+  const Fix fix = localizer.update(image, camera, {}, kGroundHeight + 60, 0);
+  ASSERT_EQ(fix.status, Status::kOk) << to_text(fix.status);
+  EXPECT_EQ(fix.method, Method::kOrientation);
+  EXPECT_GT(fix.probability, 0.9);
+  EXPECT_NEAR(fix.east_m, 0, 0.3);
+  EXPECT_NEAR(fix.north_m, 0, 0.3);
+}
+
 TEST(Localizer, SaysSoOutsideTheMapAndAtItsEdge) {
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   Ideal beyond(map, ground(), 5, 700, 0);
   const Estimate before = beyond.localizer.estimate();
   EXPECT_EQ(beyond.show(testing::random_texture(240, 180, 1)).status, Status::kOutsideMap);
@@ -294,7 +368,7 @@ TEST(Localizer, SaysSoOutsideTheMapAndAtItsEdge) {
 
 TEST(Localizer, RefusesBadInputAndStaysAsItWas) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const ImageMap map(ground(), 5, kGroundHeight);
+  const GrayMap map(ground(), 5, kGroundHeight);
   const Camera camera = camera_from_field_of_view(240, 180, 60 * kDegree);
   const cv::Mat image = testing::random_texture(240, 180, 1);
   Localizer localizer(map);

@@ -2,8 +2,16 @@
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "tests/features/draw.h"
 
 namespace landfix::nav::testing {
+
+using features::GridImage;
+
+/// Multiplies seeds: streams of cv::RNG whose seeds are small numbers are correlated.
+constexpr uint64_t kFarApart = 0x9E3779B97F4A7C15;
 
 cv::Mat random_texture(int width, int height, uint64_t seed) {
   cv::RNG rng(seed);
@@ -19,45 +27,59 @@ cv::Mat random_texture(int width, int height, uint64_t seed) {
   return cv::max(texture, 1);
 }
 
-ImageMap::ImageMap(const features::GridImage& finest, int levels, double ground_height_m)
-    : levels_{finest}, ground_height_m_(ground_height_m) {
-  while (int(levels_.size()) < levels) {
-    features::GridImage next = levels_.back();
-    cv::resize(levels_.back().pixels, next.pixels, next.pixels.size() / 2, 0, 0, cv::INTER_AREA);
-    next.gsd_m *= 2;
-    levels_.push_back(next);
+cv::Mat countryside(int side_px, uint64_t seed, uint64_t season) {
+  using features::Numbers;
+  Numbers place(seed), colours(seed * 1000003 + season), passing(seed * 1000003 + season + 500);
+  cv::Mat image(side_px, side_px, CV_8UC3, cv::Scalar(95, 105, 80));
+  const auto shape = [&](Numbers& numbers, int size) {
+    const cv::RotatedRect box(cv::Point2f(float(numbers.within(0, side_px)), float(numbers.within(0, side_px))),
+                              cv::Size2f(float(numbers.within(size / 2, size)), float(numbers.within(size / 4, size))),
+                              float(numbers.within(0, 179)));
+    cv::Point2f corners[4];
+    box.points(corners);
+    std::vector<cv::Point> outline(corners, corners + 4);
+    const cv::Scalar colour(colours.within(30, 220), colours.within(30, 220), colours.within(30, 220));
+    cv::fillConvexPoly(image, outline, colour);
+  };
+  // A shape covers a quarter of the square of its size: every size covers a sixth of what larger ones left.
+  for (int size = 512; size >= 16; size /= 2) {
+    const int count = 2 * side_px * side_px / (3 * size * size);
+    for (int i = 0; i < count; ++i) shape(place, size);
+    for (int i = 0; i < count / 4; ++i) shape(passing, size);
   }
+  cv::Mat noise(image.size(), CV_16SC3);
+  cv::RNG((seed * 31 + season + 1) * kFarApart).fill(noise, cv::RNG::NORMAL, 0, 6);
+  cv::add(image, noise, image, cv::noArray(), CV_8U);
+  return image;
 }
 
-std::pair<double, double> ImageMap::gsd_range_m(MapLayer layer) const {
-  if (layer != MapLayer::kGray) return {0, 0};
-  return {levels_.front().gsd_m, levels_.back().gsd_m};
+GridImage ground_of(const cv::Mat& pixels) { return {pixels, {}, -0.125 * pixels.cols, 0.125 * pixels.rows, 0.25}; }
+
+GridImage coarser(const GridImage& image, int factor) {
+  GridImage out{{}, {}, image.west_m, image.north_m, factor * image.gsd_m};
+  cv::resize(image.pixels, out.pixels, image.pixels.size() / factor, 0, 0, cv::INTER_AREA);
+  return out;
 }
 
-Status ImageMap::read(MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
-                      features::GridImage& window) const {
-  if (layer != MapLayer::kGray) return Status::kNoLayer;
-  for (const features::GridImage& level : levels_) {
-    if (level.gsd_m != gsd_m) continue;
-    const int left = int(std::floor((west_m - level.west_m) / gsd_m)),
-              right = int(std::ceil((east_m - level.west_m) / gsd_m));
-    const int top = int(std::floor((level.north_m - north_m) / gsd_m));
-    const int bottom = int(std::ceil((level.north_m - south_m) / gsd_m));
-    const cv::Rect wanted(left, top, right - left, bottom - top),
-        common = wanted & cv::Rect({0, 0}, level.pixels.size());
-    if (common.empty()) return Status::kOutsideMap;
-    window.west_m = level.west_m + left * gsd_m;
-    window.north_m = level.north_m - top * gsd_m;
-    window.gsd_m = gsd_m;
-    window.pixels = cv::Mat::zeros(wanted.size(), CV_8U);
-    level.pixels(common).copyTo(window.pixels(common - wanted.tl()));
-    window.valid = common == wanted ? cv::Mat() : cv::Mat(window.pixels != 0);
-    return Status::kOk;
-  }
-  return Status::kMapError;
+GridImage look_down(const GridImage& ground, const View& view) {
+  const int fine = 4, side = fine * view.side_px;
+  const double c = view.error.scale * std::cos(view.error.rotation_rad),
+               s = view.error.scale * std::sin(view.error.rotation_rad), step = view.gsd_m / fine;
+  cv::Mat columns(side, side, CV_32F), rows(side, side, CV_32F), sampled;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      // East and south of the origin, as rectified; turned clockwise it is where the camera really looked.
+      const double east = (x + 0.5 - 0.5 * side) * step, south = (y + 0.5 - 0.5 * side) * step;
+      columns.at<float>(y, x) = float(ground.column_of(view.east_m + c * east - s * south));
+      rows.at<float>(y, x) = float(ground.row_of(view.north_m - (s * east + c * south)));
+    }
+  cv::remap(ground.pixels, sampled, columns, rows, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  GridImage out{{}, {}, -0.5 * view.side_px * view.gsd_m, 0.5 * view.side_px * view.gsd_m, view.gsd_m};
+  cv::resize(sampled, out.pixels, {view.side_px, view.side_px}, 0, 0, cv::INTER_AREA);
+  return out;
 }
 
-cv::Mat take_picture(const features::GridImage& ground, const Camera& camera, const Pose& pose) {
+cv::Mat take_picture(const GridImage& ground, const Camera& camera, const Pose& pose) {
   const Eigen::Matrix3d enu = enu_from_camera(pose.attitude);
   cv::Mat columns(camera.height, camera.width, CV_32F), rows(camera.height, camera.width, CV_32F), picture;
   for (int y = 0; y < camera.height; ++y) {

@@ -1,13 +1,13 @@
-// Ground to fly over in tests: random texture as a map in memory, and a camera that looks at it ray by ray.
+// Ground to fly over in tests: random texture and fields through the seasons, and cameras that look at them.
 #pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "runtime/features/grid_image.h"
 #include "runtime/nav/camera.h"
-#include "runtime/nav/map_source.h"
+#include "runtime/nav/image_map.h"
+#include "runtime/nav/matcher.h"
 
 namespace landfix::nav::testing {
 
@@ -25,19 +25,35 @@ class Random {
   cv::RNG rng_;
 };
 
-/// A gray map of one image, its coarser levels by averaging, on ground of one height.
-class ImageMap : public MapSource {
- public:
-  ImageMap(const features::GridImage& finest, int levels, double ground_height_m);
-  std::pair<double, double> gsd_range_m(MapLayer layer) const override;
-  Status read(MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
-              features::GridImage& window) const override;
-  std::optional<double> ground_height_m(double, double) const override { return ground_height_m_; }
+/// Fields, roofs and tracks of all sizes, in colour: `side_px` square. The same `seed` is the same place; another
+/// `season` gives every one of them another colour, so that about half of all edges turn round, and adds some that are
+/// there in that season only.
+cv::Mat countryside(int side_px, uint64_t seed, uint64_t season = 0);
 
- private:
-  std::vector<features::GridImage> levels_;
-  double ground_height_m_;
+/// `pixels` as ground at 0.25 m around (0, 0).
+features::GridImage ground_of(const cv::Mat& pixels);
+
+/// Means of factor×factor pixels.
+features::GridImage coarser(const features::GridImage& image, int factor);
+
+/// A map of gray alone, on ground of one height.
+class GrayMap : public ImageMap {
+ public:
+  GrayMap(const features::GridImage& finest, int levels, double ground_height_m)
+      : ImageMap(finest, levels, ground_height_m, std::span(kMapLayers, 1)) {}
 };
+
+/// What a rectified image shows.
+struct View {
+  double east_m = 0, north_m = 0;  ///< true place of its middle, which is the patch's origin
+  Similarity error = {};           ///< that was not known when it was rectified
+  int side_px = 128;
+  double gsd_m = 1;
+};
+
+/// A patch as `rectify` leaves it, each pixel the mean over the square that it covers on the ground. Ground beyond the
+/// image is black.
+features::GridImage look_down(const features::GridImage& ground, const View& view);
 
 /// Where a camera stands.
 struct Pose {

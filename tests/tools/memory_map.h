@@ -4,61 +4,57 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "builder/terrain/scene.h"
-#include "runtime/nav/map_source.h"
+#include "runtime/nav/image_map.h"
 #include "tools/fly/flight.h"
 
 namespace landfix::fly {
 
-/// A gray image and heights as the map that the localizer asks.
+/// An image and heights as the map that the localizer asks; `layers` of the image.
 class MemoryMap : public nav::MapSource {
  public:
-  MemoryMap(const features::GridImage& gray, const features::GridImage& heights)
-      : texture_(gray), scene_(gray, heights) {}
+  MemoryMap(const features::GridImage& image, const features::GridImage& heights,
+            std::span<const nav::MapLayer> layers = std::span(nav::kMapLayers, 1))
+      : image_(image, 4, 0, layers), scene_(image, heights), heights_(heights) {}
 
-  std::pair<double, double> gsd_range_m(nav::MapLayer layer) const override {
-    if (layer != nav::MapLayer::kGray) return {0, 0};
-    const double finest = texture_.base().gsd_m;
-    return {finest, 8 * finest};
-  }
-
+  std::pair<double, double> gsd_range_m(nav::MapLayer layer) const override { return image_.gsd_range_m(layer); }
   nav::Status read(nav::MapLayer layer, double west_m, double south_m, double east_m, double north_m, double gsd_m,
                    features::GridImage& window) const override {
-    if (layer != nav::MapLayer::kGray) return nav::Status::kNoLayer;
-    window.gsd_m = gsd_m;
-    window.west_m = gsd_m * std::floor(west_m / gsd_m);
-    window.north_m = gsd_m * std::ceil(north_m / gsd_m);
-    const cv::Size size(int(std::ceil((east_m - window.west_m) / gsd_m)),
-                        int(std::ceil((window.north_m - south_m) / gsd_m)));
-    window.pixels = cv::Mat::zeros(size, CV_8UC1);
-    window.valid = cv::Mat::zeros(size, CV_8UC1);
-    for (int y = 0; y < size.height; ++y) {
-      for (int x = 0; x < size.width; ++x) {
-        float value;
-        if (!texture_.sample(window.west_m + (x + 0.5) * gsd_m, window.north_m - (y + 0.5) * gsd_m, gsd_m, &value))
-          continue;
-        window.pixels.at<uchar>(y, x) = uchar(value + 0.5f);
-        window.valid.at<uchar>(y, x) = 255;
-      }
-    }
-    return cv::countNonZero(window.valid) > 0 ? nav::Status::kOk : nav::Status::kOutsideMap;
+    return image_.read(layer, west_m, south_m, east_m, north_m, gsd_m, window);
   }
-
   std::optional<double> ground_height_m(double east_m, double north_m) const override {
     return scene_.height_below(east_m, north_m);
   }
+  /// Without `tell_heights` the relief is a secret.
+  nav::Status read_heights(double west_m, double south_m, double east_m, double north_m, double,
+                           features::GridImage& heights) const override {
+    if (!tell_heights) return nav::Status::kNoLayer;
+    const features::GridImage& all = heights_;
+    const cv::Point first(int(std::lround(all.column_of(west_m))), int(std::lround(all.row_of(north_m))));
+    const cv::Point last(int(std::lround(all.column_of(east_m))), int(std::lround(all.row_of(south_m))));
+    const cv::Rect seen = cv::Rect(first, last) & cv::Rect({0, 0}, all.pixels.size());
+    if (seen.empty()) return nav::Status::kOutsideMap;
+    heights = {
+        all.pixels(seen).clone(), {}, all.west_m + seen.x * all.gsd_m, all.north_m - seen.y * all.gsd_m, all.gsd_m};
+    return nav::Status::kOk;
+  }
+
+  bool tell_heights = true;
 
  private:
-  terrain::Texture texture_;
+  nav::ImageMap image_;
   terrain::Scene scene_;
+  features::GridImage heights_;
 };
 
 /// What the localizer is told of its sensors.
 inline FlightOptions with_known_errors(FlightOptions options) {
   options.localizer.attitude_sigma_rad = options.sensors.attitude_noise_rad;
   options.localizer.attitude_bias_sigma_rad = options.sensors.attitude_bias_rad;
+  options.localizer.heading_sigma_rad = std::hypot(options.sensors.heading_noise_rad, options.sensors.heading_bias_rad);
   return options;
 }
 

@@ -33,7 +33,8 @@ GridImage random_window(const Pack& pack, int side_px, std::mt19937_64& random) 
   };
   const double west = between(map.west_m, map.east_m - side_px), south = between(map.south_m, map.north_m - side_px);
   GridImage window;
-  const nav::Status status = nav::PackMap(pack).read(nav::MapLayer::kGray, west, south, west + side_px, south + side_px, 1, window);
+  const nav::Status status =
+      nav::PackMap(pack).read(nav::MapLayer::kGray, west, south, west + side_px, south + side_px, 1, window);
   if (status != nav::Status::kOk)
     throw Error(ExitCode::kBadPack, "the benchmark's pack cannot be read: " + std::string(nav::to_text(status)));
   return window;

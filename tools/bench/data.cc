@@ -25,9 +25,22 @@ namespace fs = std::filesystem;
 constexpr int kPeriod_m = 3100;
 constexpr double kHeightGsd_m = 2;
 
+// Against 256 with a common divisor of only 4, as above.
+constexpr int kSeasonsSide_m = 2100;
+struct Season {
+  const char* name;
+  int year;
+  synth::Season season;
+  double sun_azimuth_deg, sun_elevation_deg;
+};
+constexpr Season kMapSeasons[] = {{"spring", 2018, synth::Season::kSpring, 150, 45},
+                                  {"summer", 2019, synth::Season::kSummer, 165, 55},
+                                  {"autumn", 2020, synth::Season::kAutumn, 200, 35}};
+constexpr Season kCameraSeason = {"camera", 2022, synth::Season::kSummer, 230, 40};
+
 /// What the files depend on.
 nlohmann::json parameters_of(const Options& o) {
-  return {{"size_px", o.size_px}, {"period_m", kPeriod_m}, {"height_gsd_m", kHeightGsd_m}, {"format", 1}};
+  return {{"size_px", o.size_px}, {"period_m", kPeriod_m}, {"height_gsd_m", kHeightGsd_m}, {"format", 2}};
 }
 
 /// Empties the folder where it holds data of other parameters.
@@ -37,8 +50,8 @@ void open_folder(const Options& o) {
   const std::string wanted = parameters_of(o).dump() + "\n";
   std::ifstream in(file);
   if (std::string(std::istreambuf_iterator<char>(in), {}) == wanted) return;
-  for (const char* name :
-       {"world", "gray.tif", "rgb.vrt", "gray.vrt", "heights.vrt", "map.lfpack", "raw.tif", "cog.tif", "map.mbtiles"})
+  for (const char* name : {"world", "gray.tif", "rgb.vrt", "gray.vrt", "heights.vrt", "map.lfpack", "raw.tif",
+                           "cog.tif", "map.mbtiles", "seasons"})
     fs::remove_all(o.work / name);
   tools::write_text(file.string(), wanted);
 }
@@ -84,6 +97,24 @@ void make_world(const fs::path& folder) {
   if (!fs::exists(gray)) write_gray(world / "ortho.tif", gray, {o.zone, !o.south});
 }
 
+fs::path draw(const Season& season, const fs::path& folder) {
+  synth::WorldOptions o;
+  o.seed = 2;
+  o.size_m = kSeasonsSide_m;
+  o.gsd_m = 1;
+  o.dem_gsd_m = kHeightGsd_m;
+  o.season = season.season;
+  o.year = season.year;
+  o.sun_azimuth_deg = season.sun_azimuth_deg;
+  o.sun_elevation_deg = season.sun_elevation_deg;
+  const fs::path world = folder / season.name, ortho = world / "ortho.tif";
+  if (!fs::exists(ortho)) {
+    say("drawing " + world.string());
+    synth::write_world(o, world);
+  }
+  return ortho;
+}
+
 bool is_newer(const fs::path& file, const fs::path& than) {
   return fs::exists(file) && fs::last_write_time(file) > fs::last_write_time(than);
 }
@@ -125,6 +156,21 @@ Data make_data(const Options& o) {
             {"gdaladdo", "-q", "-r", "average", part}};
   });
   return d;
+}
+
+Seasons make_seasons(const Options& o) {
+  open_folder(o);
+  const fs::path folder = o.work / "seasons";
+  Seasons s{{}, draw(kCameraSeason, folder), folder / "map.lfpack"};
+  for (const Season& season : kMapSeasons)
+    s.images.push_back({draw(season, folder), synth::date_of(season.year, season.season)});
+  if (!is_newer(s.pack, o.landfix)) fs::remove(s.pack);
+  make(s.pack, [&](const std::string& part) -> std::vector<Command> {
+    Command build = {o.landfix, "build", "--layers", "gray,edge,contour,orientation", "-o", part};
+    for (const Seasons::Image& image : s.images) build.push_back(image.file);
+    return {build};
+  });
+  return s;
 }
 
 }  // namespace landfix::bench

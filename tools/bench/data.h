@@ -1,9 +1,11 @@
-// The benchmark's own data: a drawn world, repeated until it is large, as a map pack and as what users have instead.
+// The benchmark's own data: a drawn world, repeated until it is large, as a map pack and as what users have instead;
+// and another one at several dates.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace landfix::bench {
 
@@ -15,6 +17,17 @@ struct Options {
   int build_size_px = 8192;               ///< side of the image that is built
   int windows = 1000;
   uint64_t seed = 1;  ///< of the places where windows lie
+};
+
+/// One place drawn at several dates, 2100 m at 1 m, RGB.
+struct Seasons {
+  struct Image {
+    std::filesystem::path file;
+    std::string date;
+  };
+  std::vector<Image> images;     ///< what the map is made of
+  std::filesystem::path camera;  ///< at another date, under another sun
+  std::filesystem::path pack;    ///< of `images`: every layer for matching, as stored by default
 };
 
 /// Files of the same pixels, 1 m, UTM. Gray values are what the pack's gray layer must hold.
@@ -31,6 +44,9 @@ inline constexpr const char* kPackLayers = "gray,overview,height";
 /// Makes what is missing or was made by other parameters; the pack also where the program is newer. Takes minutes the
 /// first time. Throws Error.
 Data make_data(const Options& options);
+
+/// The same for the world of several dates.
+Seasons make_seasons(const Options& options);
 
 /// A VRT named `output` that repeats `source` to `width_px` x `height_px`.
 void repeat(const std::filesystem::path& source, int width_px, int height_px, const std::filesystem::path& output);

@@ -24,6 +24,12 @@ void bench_correlation(const Data& data, const Options& options, Report& report)
 /// Ternary correlation of runtime/kernels against cv::matchTemplate; needs no data.
 void bench_kernels(const Data& data, const Options& options, Report& report);
 
+/// Registration by every matcher, and the search of position, rotation and scale, on one core; makes its own data.
+void bench_registration(const Data& data, const Options& options, Report& report);
+
+/// How fast all raster layers are made of imagery of several dates, and how large they are; makes its own data.
+void bench_layers(const Data& data, const Options& options, Report& report);
+
 /// Building a pack against making a COG and a tile pyramid of the same image; on a real image too where LANDFIX_DATA
 /// names the folder.
 void bench_build_time(const Data& data, const Options& options, Report& report);

@@ -1,5 +1,7 @@
-// Wall times and their order statistics.
+// Times and their order statistics.
 #pragma once
+
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -19,6 +21,19 @@ double time_of(Work work) {
   const Clock::time_point start = Clock::now();
   work();
   return seconds_since(start);
+}
+
+/// Seconds that `work()` has this thread's core for: what it takes on a core of its own, however busy the machine is.
+template <typename Work>
+double processor_time_of(Work work) {
+  const auto now = [] {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
 }
 
 /// The value that a share of `share` (0 to 1) of the samples do not exceed; at least one sample.

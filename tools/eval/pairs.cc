@@ -11,7 +11,7 @@
 
 #include "builder/error.h"
 #include "tools/common/photo.h"
-#include "tools/eval/image_map.h"
+#include "runtime/nav/image_map.h"
 
 namespace landfix::eval {
 namespace {
@@ -80,7 +80,7 @@ features::GridImage cut(const cv::Mat& image, cv::Point corner, int side_px, int
 /// All templates of one image in the other, for every matcher.
 std::vector<std::vector<Trial>> register_pair(const cv::Mat& camera, const cv::Mat& map_image, const Question& asked,
                                               const PairsOptions& o) {
-  const ImageMap map({map_image, {}, 0, 0, o.gsd_m});
+  const nav::ImageMap map({map_image, {}, 0, 0, o.gsd_m});
   const double free_x = camera.cols - o.template_px, free_y = camera.rows - o.template_px;
   Question question = asked;
   question.hit_m = o.hit_px * o.gsd_m;

@@ -16,19 +16,41 @@
 #include "tools/common/open_pack.h"
 #include "tools/common/photo.h"
 #include "tools/eval/camera_image.h"
+#include "tools/eval/edited.h"
 
 namespace landfix::eval {
 namespace {
 
 constexpr int kMaxPatchPx = 800;     ///< a larger footprint is registered at a coarser level
 constexpr double kTerrainReach = 3;  ///< heights around the camera that are read, in heights above ground
-constexpr double kSigmas = 3;        ///< of the prior that the search region is
+constexpr double kLeastOutlierM = 5, kOutlierFactor = 3;  ///< distances from the median, in medians of them
+constexpr double kSigmas = 3;                             ///< of the prior that the search region is
 
 double median(std::vector<double> values) {
   if (values.empty()) return NAN;
   const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+double distance(const Place& a, const Place& b) { return std::hypot(a.east_m - b.east_m, a.north_m - b.north_m); }
+
+/// The mean, without what lies far from the median: one false fix must not move it.
+std::optional<Place> common_offset(const std::vector<Place>& offsets) {
+  if (offsets.empty()) return std::nullopt;
+  std::vector<double> east, north, from_middle;
+  for (const Place& o : offsets) east.push_back(o.east_m), north.push_back(o.north_m);
+  const Place middle{median(east), median(north)};
+  for (const Place& o : offsets) from_middle.push_back(distance(o, middle));
+  const double reach = std::max(kLeastOutlierM, kOutlierFactor * median(from_middle));
+  Place mean;
+  int count = 0;
+  for (const Place& o : offsets) {
+    if (distance(o, middle) > reach) continue;
+    mean.east_m += o.east_m, mean.north_m += o.north_m;
+    ++count;
+  }
+  return Place{mean.east_m / count, mean.north_m / count};
 }
 
 /// The calibration for the photograph's size: a photograph may have been shrunk since.
@@ -100,7 +122,6 @@ nav::Status rectify_photo(const cv::Mat& image, const nav::Camera& camera, const
 
 void take(const Trial& trial, const nav::Registration& found, PhotoResult& r) {
   r.milliseconds = trial.milliseconds;
-  r.accepted = trial.accepted();
   r.matched = trial.answered();
   if (!r.matched) return;
   r.method = trial.method;
@@ -137,29 +158,12 @@ nav::Camera place_by_tags(const std::string& path, const tiles::Zone& zone, cons
   return camera;
 }
 
-PhotoResult register_photo(const Pack& pack, const std::string& pack_path, const std::string& path,
-                           const PhotoOptions& o) {
-  PhotoResult r;
-  r.name = std::filesystem::path(path).filename().string();
-  cv::Mat image;
-  nav::Camera camera;
-  try {
-    image = tools::read_photo_pixels(path);
-    camera = place_by_tags(path, tools::zone_of(pack), o, image.size(), r);
-  } catch (const Error& e) {
-    if (e.code() != ExitCode::kBadInput) throw;
-    r.reason = e.what();
-    r.word = "no_tags";
-    return r;
-  }
+/// The photograph as it is, or upside down.
+void register_picture(const Pack& pack, const nav::Terrain& terrain, const cv::Mat& image, const nav::Camera& camera,
+                      const PhotoOptions& o, PhotoResult& r) {
   const nav::PackMap map(pack);
-  const double reach_m = kTerrainReach * std::max(r.height_above_ground_m, 1.0);
-  const nav::Terrain terrain = terrain_around(pack, pack_path, r.tag, reach_m);
-  const nav::Status rectified = rectify_photo(image, camera, terrain, raster_levels(map), r);
-  if (rectified != nav::Status::kOk) {
-    refuse(rectified, r);
-    return r;
-  }
+  if (const nav::Status s = rectify_photo(image, camera, terrain, raster_levels(map), r); s != nav::Status::kOk)
+    return refuse(s, r);
   Question question;
   const double variance = o.prior_sigma_m * o.prior_sigma_m;
   question.prior.east_m = r.tag.east_m + o.prior_offset_m.x;
@@ -170,12 +174,58 @@ PhotoResult register_photo(const Pack& pack, const std::string& pack_path, const
   question.prior.scale_sigma = o.height_sigma;
   nav::RegistrationOptions options;
   options.method = o.matcher.method;
-  options.gate = o.gate;
+  options.gate = nav::Gate::kNone;
   nav::Registrar registrar(map, options);
   nav::Registration found;
-  const Trial trial = answer(registrar, r.patch, question, found);
-  take(trial, found, r);
-  refuse(trial.status, r);
+  take(answer(registrar, r.patch, question, found), found, r);
+  refuse(found.status, r);
+}
+
+/// Of two answers that exclude each other, the more probable one; each casts doubt on the other. By Bayes' rule from
+/// what either says alone.
+PhotoResult better(PhotoResult upright, PhotoResult turned) {
+  const double p = upright.probability, q = turned.probability;
+  const double first = p * (1 - q), second = q * (1 - p), either = first + second + (1 - p) * (1 - q);
+  PhotoResult& best = second > first ? turned : upright;
+  best.milliseconds = upright.milliseconds + turned.milliseconds;
+  if (either > 0) best.probability = std::max(first, second) / either;
+  return best;
+}
+
+/// Lets a match through, or not.
+void pass(nav::Gate gate, PhotoResult& r) {
+  r.accepted = r.matched && r.probability >= nav::threshold_of(gate);
+  if (r.matched) refuse(r.accepted ? nav::Status::kOk : nav::Status::kImprobable, r);
+}
+
+PhotoResult register_photo(const Pack& pack, const std::string& pack_path, const std::string& path,
+                           const PhotoOptions& o) {
+  PhotoResult r;
+  r.name = std::filesystem::path(path).filename().string();
+  cv::Mat image;
+  nav::Camera camera;
+  bool edited = false;
+  try {
+    image = tools::read_photo_pixels(path);
+    camera = place_by_tags(path, tools::zone_of(pack), o, image.size(), r);
+    edited = edited_since_capture(path);
+  } catch (const Error& e) {
+    if (e.code() != ExitCode::kBadInput) throw;
+    r.reason = e.what();
+    r.word = "unusable";
+    return r;
+  }
+  const double reach_m = kTerrainReach * std::max(r.height_above_ground_m, 1.0);
+  const nav::Terrain terrain = terrain_around(pack, pack_path, r.tag, reach_m);
+  PhotoResult turned = r;
+  register_picture(pack, terrain, image, camera, o, r);
+  if (edited) {
+    cv::rotate(image, image, cv::ROTATE_180);
+    turned.turned = true;
+    register_picture(pack, terrain, image, camera, o, turned);
+    r = better(r, turned);
+  }
+  pass(o.gate, r);
   return r;
 }
 
@@ -209,21 +259,17 @@ Place PhotoResult::image_centre() const { return place_of(*this, view.east_m, vi
 
 PhotoSummary summarize(const std::vector<PhotoResult>& photos) {
   PhotoSummary s;
-  std::vector<double> east, north;
+  std::vector<Place> offsets;
   for (const PhotoResult& r : photos) {
     ++s.photos;
     s.placed += r.placed;
-    if (!r.accepted) continue;
-    ++s.accepted;
-    east.push_back(r.offset().east_m);
-    north.push_back(r.offset().north_m);
+    if (r.accepted) offsets.push_back(r.offset());
   }
-  if (s.accepted > 0) s.common_offset = Place{median(east), median(north)};
+  s.accepted = int(offsets.size());
+  s.common_offset = common_offset(offsets);
   std::vector<double> residuals;
   for (const PhotoResult& r : photos) {
-    s.residuals_m.push_back(r.accepted ? std::hypot(r.offset().east_m - s.common_offset->east_m,
-                                                    r.offset().north_m - s.common_offset->north_m)
-                                       : NAN);
+    s.residuals_m.push_back(r.accepted ? distance(r.offset(), *s.common_offset) : NAN);
     if (r.accepted) residuals.push_back(s.residuals_m.back());
   }
   s.median_residual_m = median(residuals);

@@ -34,9 +34,10 @@ struct Place {
 struct PhotoResult {
   std::string name;
   std::string reason;         ///< in words why there is no fix; empty for a fix
-  std::string word;           ///< the same in one word: word_of(status), or "no_tags"
+  std::string word;           ///< the same in one word: word_of(status), or "unusable"
   bool placed = false;        ///< the tags say where it was taken; else nothing below holds
   bool accepted = false;      ///< a fix that passed the gate
+  bool turned = false;        ///< the picture was found upside down against its tags
   std::string camera_source;  ///< where the focal length comes from
   tiles::Geodetic tag_place;
   double convergence_rad = 0;  ///< true heading = grid heading + convergence
@@ -70,15 +71,16 @@ Place place_of(const PhotoResult& photo, double east_m, double north_m);
 /// Of all photographs together.
 struct PhotoSummary {
   int photos = 0, placed = 0, accepted = 0;
-  std::optional<Place> common_offset;  ///< median of the accepted ones' offsets, per axis
+  std::optional<Place> common_offset;  ///< mean of the accepted ones' offsets without outliers
   std::vector<double> residuals_m;     ///< distances from it, by photograph; NaN where there is no fix
   double median_residual_m = 0, largest_residual_m = 0;  ///< NaN without fixes
 };
 PhotoSummary summarize(const std::vector<PhotoResult>& photos);
 
-/// Registers every photograph; the order is kept. A photograph that cannot be placed or decoded is a result with a
-/// reason. `pack_path` is for messages. Throws Error: kIo where a file cannot be opened, kBadInput where the camera
-/// does not fit the photograph.
+/// Registers every photograph; the order is kept. One that was edited since it was taken is tried upside down, too:
+/// image viewers turn pictures and leave the tags of the gimbal as they are. A photograph that cannot be decoded,
+/// placed, or taken by the given camera is a result with a reason. `pack_path` is for messages. Throws Error(kIo) where
+/// a file cannot be opened.
 std::vector<PhotoResult> register_photos(const Pack& pack, const std::string& pack_path,
                                          const std::vector<std::string>& photos, const PhotoOptions& options);
 

@@ -33,6 +33,7 @@ double degrees_of(double heading_rad) {
 }
 
 void add_match(const PhotoResult& r, const tiles::Zone& zone, double residual_m, ordered_json& j) {
+  // A picture that was turned after it was taken does not turn the camera.
   const double heading = r.attitude.heading + r.similarity.rotation_rad;
   j["probability"] = r.probability;
   j["matcher"] = nav::name_of(r.method);
@@ -43,6 +44,7 @@ void add_match(const PhotoResult& r, const tiles::Zone& zone, double residual_m,
   j["residual_m"] = residual_m;  // NaN is written as null
   j["heading_true_deg"] = degrees_of(heading + r.convergence_rad);
   j["heading_grid_deg"] = degrees_of(heading);
+  j["turned_deg"] = r.turned ? 180 : 0;
   j["rotation_deg"] = r.similarity.rotation_rad * kDegrees;
   j["rotation_sigma_deg"] = r.rotation_sigma_rad * kDegrees;
   j["scale"] = r.similarity.scale;
@@ -97,7 +99,7 @@ std::string to_text(const std::vector<PhotoResult>& photos) {
         fmt::format("{:>6.3f}  {:>7.2f}  {:>7.2f}  {:>8}  {:>7.2f}°  {:>6.3f}  {:<11}  {}\n", r.probability,
                     r.offset().east_m, r.offset().north_m, r.accepted ? fmt::format("{:.2f} m", s.residuals_m[i]) : "-",
                     r.similarity.rotation_rad * kDegrees, r.similarity.scale, nav::name_of(r.method),
-                    r.accepted ? "" : "no fix: improbable");
+                    r.accepted ? r.turned ? "upside down" : "" : "no fix: improbable");
   }
   text += fmt::format("{} of {} photographs have a fix", s.accepted, s.photos);
   if (s.common_offset)

@@ -96,7 +96,9 @@ class Flight {
                                             trajectory_.at(begin_s + (i + 1) * interval_s));
     }
     dead_reckoning_ += displacement;
-    const double sigma_m = options_.sensors.odometry_drift * std::sqrt(displacement.norm() * drift_correlation_m_);
+    // A wrong heading turns what odometry measured.
+    const double drift = std::hypot(options_.sensors.odometry_drift, options_.sensors.heading_bias_rad);
+    const double sigma_m = drift * std::sqrt(displacement.norm() * drift_correlation_m_);
     require(localizer_.predict(displacement.x(), displacement.y(), sigma_m), "predict");
   }
 

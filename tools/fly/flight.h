@@ -27,10 +27,10 @@ struct FlightOptions {
   double image_interval_s = 0.5;
   double odometry_interval_s = 0.1;  ///< rounded to a whole fraction of `image_interval_s`
   double gnss_until_s = 5;
-  /// The filter is told the share of odometry's drift, not its draw. It knows white noise alone, but a drift keeps its
-  /// direction: the noise per step is what adds up to the stated share of the distance over this distance. It has to be
-  /// as long as the filter needs to see a drift. Nothing: 0.7 times the height above ground (at which attitude noise
-  /// makes fixes uncertain), at least 100 m.
+  /// The filter is told the share of odometry's drift and the size of the heading's constant error, not their draw. It
+  /// knows white noise alone, but a drift keeps its direction: the noise per step is what adds up to the stated share
+  /// of the distance over this distance. It has to be as long as the filter needs to see a drift. Nothing: 0.7 times
+  /// the height above ground (at which attitude noise makes fixes uncertain), at least 100 m.
   std::optional<double> drift_correlation_m;
   nav::Camera camera = nav::camera_from_field_of_view(640, 480, 60 * M_PI / 180);
   SensorOptions sensors;

@@ -41,11 +41,13 @@ std::string csv_line(const Record& r, const tiles::Zone& zone) {
                       estimate_longitude, estimate_latitude, c[0], 0.5 * (c[1] + c[2]), c[3]);
   line += fmt::format("{:.3f},{:.3f},{:.3f},{:.3f},{},", r.dead_reckoning_east_m, r.dead_reckoning_north_m, error_m(r),
                       dead_reckoning_error_m(r), inside_3_sigma(r) ? 1 : 0);
-  if (r.gnss) return line + "gnss,,,,,,,,\n";
+  if (r.gnss) return line + "gnss,,,,,,,,,,\n";
   const nav::Fix& f = r.fix;
-  if (f.status != nav::Status::kOk) return line + fmt::format("failed:{},,,,,,,,\n", int(f.status));
-  return line + fmt::format("fix,{:.3f},{:.3f},{},{:.4f},{:.4f},{:.4f},{:.3f},{:.4f}\n", f.east_m, f.north_m,
-                            nav::name_of(f.method), f.score, f.ambiguity, f.probability, f.weight, f.gsd_m);
+  if (f.status != nav::Status::kOk) return line + fmt::format("failed:{},,,,,,,,,,\n", int(f.status));
+  line += fmt::format("fix,{:.3f},{:.3f},{},{:.4f},{:.4f},{:.4f},", f.east_m, f.north_m, nav::name_of(f.method),
+                      f.score, f.ambiguity, f.probability);
+  return line + fmt::format("{:.3f},{:.3f},{:.3f},{:.4f}\n", f.rotation_rad * kDegrees, f.rotation_sigma_rad * kDegrees,
+                            f.weight, f.gsd_m);
 }
 
 /// Grid coordinates to pixels of the picture.
@@ -175,7 +177,7 @@ void write_track_csv(const std::filesystem::path& file, const std::vector<Record
       "estimate_latitude_deg,"
       "covariance_ee_m2,covariance_en_m2,covariance_nn_m2,dead_reckoning_east_m,dead_reckoning_north_m,error_m,"
       "dead_reckoning_error_m,inside_3_sigma,fix_status,fix_east_m,fix_north_m,"
-      "matcher,score,ambiguity,probability,weight,map_gsd_m\n";
+      "matcher,score,ambiguity,probability,rotation_deg,rotation_sigma_deg,weight,map_gsd_m\n";
   for (const Record& record : records) text += csv_line(record, zone);
   tools::write_text(file.string(), text);
 }

@@ -45,8 +45,8 @@ std::optional<Eigen::Vector2d> shift_at(const terrain::Texture& scene, const nav
   const double gsd = map.gsd_range_m(nav::MapLayer::kGray).first;
   const double half_m = 0.5 * kTemplatePx * gsd + reach_m;
   features::GridImage window;
-  if (map.read(nav::MapLayer::kGray, east_m - half_m, north_m - half_m, east_m + half_m, north_m + half_m, gsd, window) !=
-      nav::Status::kOk) {
+  if (map.read(nav::MapLayer::kGray, east_m - half_m, north_m - half_m, east_m + half_m, north_m + half_m, gsd,
+               window) != nav::Status::kOk) {
     return std::nullopt;
   }
   if (!window.valid.empty() && cv::countNonZero(window.valid) < int(window.valid.total())) return std::nullopt;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "builder/error.h"
 
@@ -25,8 +26,8 @@ bool inside_3_sigma(const Record& r) {
 
 Summary summarize(const std::vector<std::vector<Record>>& flights) {
   Summary s;
-  std::vector<double> errors;
-  double squares = 0, inside = 0, update_s = 0, final_squares = 0, dead_reckoning_squares = 0;
+  std::vector<double> errors, updates_s;
+  double squares = 0, inside = 0, final_squares = 0, dead_reckoning_squares = 0;
   for (const auto& records : flights) {
     const auto cut = std::find_if(records.begin(), records.end(), [](const Record& r) { return !r.gnss; });
     if (cut == records.end()) continue;
@@ -36,7 +37,7 @@ Summary summarize(const std::vector<std::vector<Record>>& flights) {
       squares += errors.back() * errors.back();
       inside += inside_3_sigma(*r);
       s.fixes += r->fix.status == nav::Status::kOk;
-      update_s += r->fix.processing_time_s;
+      updates_s.push_back(r->fix.processing_time_s);
       s.dead_reckoning_max_m = std::max(s.dead_reckoning_max_m, dead_reckoning_error_m(*r));
     }
     final_squares += std::pow(error_m(records.back()), 2);
@@ -57,7 +58,10 @@ Summary summarize(const std::vector<std::vector<Record>>& flights) {
   s.final_m = std::sqrt(final_squares / flown);
   s.dead_reckoning_final_m = std::sqrt(dead_reckoning_squares / flown);
   s.distance_m /= flown;
-  s.mean_update_s = update_s / count;
+  s.mean_update_s = std::accumulate(updates_s.begin(), updates_s.end(), 0.0) / count;
+  const auto middle = updates_s.begin() + std::ptrdiff_t(updates_s.size() / 2);
+  std::nth_element(updates_s.begin(), middle, updates_s.end());
+  s.median_update_s = *middle;
   return s;
 }
 
@@ -73,7 +77,8 @@ nlohmann::json to_json(const Summary& s) {
           {"distance_without_gnss_m", s.distance_m},
           {"dead_reckoning_final_error_m", s.dead_reckoning_final_m},
           {"dead_reckoning_max_error_m", s.dead_reckoning_max_m},
-          {"mean_update_ms", 1000 * s.mean_update_s}};
+          {"mean_update_ms", 1000 * s.mean_update_s},
+          {"median_update_ms", 1000 * s.median_update_s}};
 }
 
 }  // namespace landfix::fly

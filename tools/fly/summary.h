@@ -20,7 +20,7 @@ struct Summary {
   double distance_m = 0;              ///< flown without GNSS (mean)
   double dead_reckoning_final_m = 0;  ///< error of odometry alone at the end (several flights: root mean square)
   double dead_reckoning_max_m = 0;
-  double mean_update_s = 0;  ///< processing time of an update
+  double mean_update_s = 0, median_update_s = 0;  ///< processing time of an update
 };
 
 /// Horizontal error of the estimate and of dead reckoning, metres.

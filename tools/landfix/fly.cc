@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "builder/error.h"
@@ -83,6 +84,7 @@ fly::FlightOptions flight_options(const Arguments& a, const lf_info& map) {
   // The aircraft knows the size of its errors, not their draw.
   o.localizer.attitude_sigma_rad = o.sensors.attitude_noise_rad;
   o.localizer.attitude_bias_sigma_rad = o.sensors.attitude_bias_rad;
+  o.localizer.heading_sigma_rad = std::hypot(o.sensors.heading_noise_rad, o.sensors.heading_bias_rad);
   o.localizer.method = nav::method_of(a.matcher);
   const double map_error_m = a.map_error_m >= 0 ? a.map_error_m : map.georegistration_error_m;
   if (map_error_m >= 0) o.localizer.map_bias_sigma_m = map_error_m;
@@ -133,6 +135,29 @@ fly::Route make_route(const Arguments& a, const Mission& m) {
   return fly::Route::loop(center.x(), center.y(), a.loop_m, a.turn_radius_m);
 }
 
+/// All layers that the flight asks for; those that are compressed are decoded here.
+void prepare_map(const Pack& pack, const std::string& path) {
+  const lf_info info = pack.info();
+  for (const char* name : {"gray", "edge", "contour", "orientation", "height"}) {
+    const Result<uint32_t> layer = pack.find_layer(name);
+    if (!layer) continue;
+    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
+      const Result<Region> all = pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
+      if (all) check(pack.prepare(*all), path);
+    }
+  }
+}
+
+/// Why images gave no fix; empty where all did.
+std::string failures_of(const std::vector<fly::Record>& flight) {
+  std::map<nav::Status, int> counts;
+  for (const fly::Record& r : flight)
+    if (!r.gnss && r.fix.status != nav::Status::kOk) ++counts[r.fix.status];
+  std::string text;
+  for (const auto& [status, count] : counts) text += fmt::format("; {} without: {}", count, nav::to_text(status));
+  return text;
+}
+
 /// Saves every n-th picture so that about `count` are kept.
 fly::FrameSink frame_sink(const std::filesystem::path& folder, int count, double images) {
   if (count <= 0) return {};
@@ -156,8 +181,8 @@ std::vector<std::vector<fly::Record>> fly_all(const Arguments& a, const Mission&
     const std::string name = a.runs == 1 ? "track.csv" : fmt::format("track_{}.csv", run + 1);
     fly::write_track_csv(folder / name, flights.back(), m.zone);
     const fly::Summary s = fly::summarize({flights.back()});
-    fmt::print(stderr, "flight {} of {}: RMS {:.2f} m, largest {:.2f} m, {} fixes from {} images\n", run + 1, a.runs,
-               s.rms_m, s.max_m, s.fixes, s.images);
+    fmt::print(stderr, "flight {} of {}: RMS {:.2f} m, largest {:.2f} m, {} fixes from {} images{}\n", run + 1, a.runs,
+               s.rms_m, s.max_m, s.fixes, s.images, failures_of(flights.back()));
   }
   fly::write_picture(folder / "tracks.png", fly::draw_tracks(flights.front(), map));
   return flights;
@@ -202,12 +227,13 @@ void print_text(const fly::Summary& s, const std::string& folder) {
   fmt::print("  dead reckoning   {:.1f} m at the end, {:.1f} m at most\n", s.dead_reckoning_final_m,
              s.dead_reckoning_max_m);
   fmt::print("  consistency      truth inside the 3-sigma ellipse {:.1f} % of the time\n", 100 * s.inside_3_sigma);
-  fmt::print("  update           {:.1f} ms\n", 1000 * s.mean_update_s);
+  fmt::print("  update           {:.1f} ms (median)\n", 1000 * s.median_update_s);
   fmt::print("Results in {}: tracks.png, track CSV, summary.json\n", folder);
 }
 
 void run(const Arguments& a) {
   const Mission mission = open_map(a);
+  prepare_map(mission.pack, a.map);
   const fly::FlightOptions options = flight_options(a, mission.info);
   fly::SceneSource source = scene_source(a, mission.info);
   const fly::Route route = make_route(a, mission);
@@ -331,8 +357,7 @@ void add_sensor_options(CLI::App& command, Arguments& a) {
   command.add_option("--offset", s.offset, "Offset of the camera, gray values")->capture_default_str();
   number("--vignetting", s.vignetting, "Share of the light lost in the corners");
   number("--pixel-noise", s.pixel_noise, "Noise of the camera, gray values");
-  command
-      .add_option("--matcher", a.matcher, "How images are compared with the map: auto takes what the map offers")
+  command.add_option("--matcher", a.matcher, "How images are compared with the map: auto takes what the map offers")
       ->check(CLI::IsMember({"auto", "gray", "edge", "contour", "orientation"}))
       ->capture_default_str();
   command

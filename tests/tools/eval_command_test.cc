@@ -1,0 +1,131 @@
+// `landfix eval` as a user runs it: two seasons of a procedural world, one as the map and one as the camera.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/tools/eval_world.h"
+
+namespace landfix::eval {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Outcome {
+  int code = -1;
+  std::string out;  ///< standard output, then standard error
+};
+
+class EvalCommand : public EvalTest {
+ protected:
+  void SetUp() override {
+    EvalTest::SetUp();
+    save("summer.tif", summer());
+    save("autumn.tif", autumn());
+    const Outcome built = run("build summer.tif --layers gray,orientation -o map.lfpack", "build.log");
+    ASSERT_EQ(built.code, 0) << text("build.log");
+  }
+
+  /// Standard error goes to a file; without a name it follows the output.
+  Outcome run(const std::string& arguments, const std::string& errors = "") const {
+    const std::string command =
+        "cd " + folder_.string() + " && " LANDFIX_PROGRAM " " + arguments + (errors.empty() ? " 2>&1" : " 2>" + errors);
+    Outcome outcome;
+    std::FILE* pipe = popen(command.c_str(), "r");
+    char buffer[4096];
+    for (size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
+    const int status = pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+  }
+  std::string text(const std::string& name) const {
+    std::ifstream in(path(name));
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void expect_refusal(const std::string& arguments, int code, const std::vector<std::string>& words) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, code) << outcome.out;
+    for (const std::string& word : words)
+      EXPECT_NE(outcome.out.find(word), std::string::npos) << word << ": " << outcome.out;
+  }
+};
+
+TEST_F(EvalCommand, RegisterReportsAllFigures) {
+  const std::string common =
+      "eval register --map map.lfpack --camera autumn.tif summer.tif --template-m 100 --search-m 60 --hit-m 3 "
+      "--samples 15 "
+      "--seeds 2 --matcher orientation --matcher gray ";
+  const Outcome first = run(common + "--samples-csv samples.csv --picture places.png --json", "errors");
+  ASSERT_EQ(first.code, 0) << text("errors");
+  const json report = json::parse(first.out);
+  EXPECT_EQ(report["map"], "map.lfpack");
+  EXPECT_EQ(report["cameras"][0]["name"], "autumn.tif");
+  EXPECT_EQ(report["cameras"][0]["bands"], 3);
+  const json& orientation = report["matchers"][0];
+  EXPECT_EQ(orientation["matcher"], "orientation");
+  EXPECT_EQ(orientation["pooled"]["samples"], 60);
+  EXPECT_GE(orientation["cameras"][0]["hit_rate"].get<double>(), 0.7);
+  EXPECT_EQ(orientation["cameras"][1]["hit_rate"], 1.0) << "the image that the map was made of";
+  for (const char* key :
+       {"error_of_hits_m", "oracle", "gate", "reliability", "milliseconds", "interval_95", "over_seeds"})
+    EXPECT_TRUE(orientation["pooled"].contains(key)) << key;
+  const std::string csv = text("samples.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 2 * 2 * 30);
+  EXPECT_EQ(text("places.png").substr(1, 3), "PNG");
+
+  const Outcome again = run(common + "--threads 1 --json=again.json", "errors");
+  ASSERT_EQ(again.code, 0) << text("errors");
+  EXPECT_NE(again.out.find("orientation"), std::string::npos) << "the table stays where JSON goes to a file";
+  json a = report["matchers"], b = json::parse(text("again.json"))["matchers"];
+  for (json* side : {&a, &b})
+    for (json& matcher : *side) {
+      matcher["pooled"].erase("milliseconds");
+      for (json& camera : matcher["cameras"]) camera.erase("milliseconds");
+    }
+  EXPECT_EQ(a, b) << "all but the times";
+}
+
+TEST_F(EvalCommand, RegisterSaysWhatIsWrong) {
+  const std::string few = " --samples 2 --seeds 1";
+  expect_refusal("eval", 2, {"subcommand"});
+  expect_refusal("eval register --map map.lfpack" + few, 2, {"--camera"});
+  expect_refusal("eval register --map map.lfpack --camera autumn.tif --matcher colour" + few, 2,
+                 {"colour", "orientation"});
+  expect_refusal("eval register --map map.lfpack --camera autumn.tif --template-m 5000" + few, 3, {"template", "5000"});
+  expect_refusal("eval register --map map.lfpack --camera autumn.tif --template-m nan" + few, 2, {"--template-m"});
+  expect_refusal("eval register --map map.lfpack --camera nowhere.tif" + few, 7, {"nowhere.tif"});
+  expect_refusal("eval register --map autumn.tif --camera autumn.tif" + few, 4, {"autumn.tif"});
+  features::GridImage elsewhere = autumn();
+  elsewhere.west_m += 5000;
+  save("elsewhere.tif", elsewhere);
+  expect_refusal("eval register --map map.lfpack --camera elsewhere.tif" + few, 6, {"elsewhere.tif", "overlap"});
+}
+
+TEST_F(EvalCommand, PairsAndPhotos) {
+  expect_refusal("eval pairs --a nowhere --b nowhere", 7, {"nowhere"});
+  fs::create_directories(path("a"));
+  features::GridImage part = summer();
+  part.pixels = summer().pixels(cv::Rect(100, 100, 200, 200)).clone();
+  part.valid.release();
+  save("a/one.png", part);
+  const Outcome pairs = run("eval pairs --a a --b a --template-px 100 --placements 2 --matcher gray --json", "errors");
+  ASSERT_EQ(pairs.code, 0) << text("errors");
+  EXPECT_EQ(json::parse(pairs.out)["matchers"][0]["pooled"]["hit_rate"], 1.0);
+
+  const Outcome photos = run("eval photos --map map.lfpack a/one.png --picture photos.png --json", "errors");
+  ASSERT_EQ(photos.code, 0) << text("errors");
+  const json photo = json::parse(photos.out)["photos"][0];
+  EXPECT_EQ(photo["fix"], false);
+  EXPECT_EQ(photo["status"], "unusable") << "a PNG without tags";
+  EXPECT_NE(photo["reason"].get<std::string>().find("GPSLatitude"), std::string::npos);
+  EXPECT_EQ(text("photos.png").substr(1, 3), "PNG");
+  expect_refusal("eval photos --map map.lfpack nowhere.jpg", 7, {"nowhere.jpg"});
+}
+
+}  // namespace
+}  // namespace landfix::eval
