@@ -20,13 +20,13 @@ constexpr int kRefineRadiusPx = 3;     ///< around where the coarser level saw i
 constexpr int kFinishRadiusPx = 2;     ///< around where the finest level saw it
 constexpr double kStepPx = 2;          ///< that a step of rotation or scale moves the patch's edge, in the search
 constexpr double kLeastIndependentPixels = 30;  ///< with fewer, one of a thousand places fits by chance
-constexpr int kEnoughPlaces = 200;      ///< outside of the main lobe, to know rivals by: as many as it has itself
-constexpr double kChanceSigmas = 3;     ///< that unrelated content hardly exceeds in one place
-constexpr double kLargestStretch = 0.5; ///< of the scale that is searched; of rotation it is half a turn
-constexpr double kMostScores = 1e9;     ///< positions × similarities: beyond, the answer would come too late
-constexpr double kTypicalScore = 0.4;   ///< of a true match
+constexpr int kEnoughPlaces = 200;       ///< outside of the main lobe, to know rivals by: as many as it has itself
+constexpr double kChanceSigmas = 3;      ///< that unrelated content hardly exceeds in one place
+constexpr double kLargestStretch = 0.5;  ///< of the scale that is searched; of rotation it is half a turn
+constexpr double kMostScores = 1e9;      ///< positions × similarities: beyond, the answer would come too late
+constexpr double kTypicalScore = 0.4;    ///< of a true match
 constexpr double kLargestPenalty = 0.1;
-constexpr double kPixelSigma = 0.35;    ///< of a position, in pixels, however sharp the peak
+constexpr double kPixelSigma = 0.35;  ///< of a position, in pixels, however sharp the peak
 
 Status check(const GridImage& patch, const RegistrationPrior& p) {
   for (const double v : {p.east_m, p.north_m, p.covariance_m2[0], p.covariance_m2[1], p.covariance_m2[2],
@@ -87,8 +87,8 @@ double information(double independent_pixels, double value, double curvature) {
 std::array<double, 4> bounded_inverse(double ee, double en, double nn, double floor, double ceiling) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes((Eigen::Matrix2d() << ee, en, en, nn).finished());
   const Eigen::Vector2d variances = axes.eigenvalues().cwiseMax(1 / ceiling).cwiseInverse();
-  const Eigen::Matrix2d out =
-      axes.eigenvectors() * variances.asDiagonal() * axes.eigenvectors().transpose() + floor * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d out = axes.eigenvectors() * variances.asDiagonal() * axes.eigenvectors().transpose() +
+                              floor * Eigen::Matrix2d::Identity();
   return {out(0, 0), out(0, 1), out(1, 0), out(1, 1)};
 }
 
@@ -147,7 +147,7 @@ struct Registrar::State {
   double heading_sigma_rad = 0, scale_sigma = 0;  ///< of the prior
   double independent_pixels = 0;                  ///< at the level of the search
   GridImage region;                               ///< shape of a surface over all of the region searched
-  std::vector<Level> levels;  ///< finest first
+  std::vector<Level> levels;                      ///< finest first
   Method method_of_levels = Method::kGray;
 };
 
@@ -182,8 +182,8 @@ std::vector<Candidate> highest_peaks(const GridImage& surface, size_t count) {
     cv::Point at;
     cv::minMaxLoc(surface.pixels, nullptr, &value, nullptr, &at, peaks);
     if (at.x < 0 || peaks.at<uint8_t>(at) == 0) break;
-    found.push_back({surface.west_m + (at.x + 0.5) * surface.gsd_m, surface.north_m - (at.y + 0.5) * surface.gsd_m,
-                     value, {}});
+    found.push_back(
+        {surface.west_m + (at.x + 0.5) * surface.gsd_m, surface.north_m - (at.y + 0.5) * surface.gsd_m, value, {}});
     cv::circle(peaks, at, kMainLobePx, 0, cv::FILLED);
   }
   return found;
@@ -196,8 +196,8 @@ cv::Point pixel_of(const GridImage& image, double east_m, double north_m) {
 
 /// Standard deviation of a surface outside of the main lobe, and the highest score there. Not only local maxima: along
 /// a road or a shore the scores fall off so slowly that a place on the flank rivals the peak. Where the region is too
-/// small to show rivals, or next to nothing of it is on the map, or the patch says so little that it fits anywhere, what
-/// unrelated content scores by chance stands in for them.
+/// small to show rivals, or next to nothing of it is on the map, or the patch says so little that it fits anywhere,
+/// what unrelated content scores by chance stands in for them.
 double spread_outside(const GridImage& surface, cv::Point top, double independent_pixels, double& rival) {
   cv::Mat outside = surface.valid.clone();
   cv::circle(outside, top, kMainLobePx, 0, cv::FILLED);
@@ -281,7 +281,8 @@ Status Registrar::State::read_region(Level& level, const RegistrationPrior& prio
   prepare_surface(level.patch, level.window, region);
   if (level.window.valid.empty()) return Status::kOk;
   const cv::Size patch = level.patch.pixels.size();
-  const int dx = int((1 - options.min_coverage) * patch.width) + 1, dy = int((1 - options.min_coverage) * patch.height) + 1;
+  const int dx = int((1 - options.min_coverage) * patch.width) + 1,
+            dy = int((1 - options.min_coverage) * patch.height) + 1;
   cv::Rect useful = cv::boundingRect(level.window.valid);
   useful = cv::Rect(useful.x - dx, useful.y - dy, useful.width + 2 * dx, useful.height + 2 * dy) &
            cv::Rect({0, 0}, level.window.pixels.size());
@@ -483,9 +484,10 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
     sigma = std::min(sigma, std::sqrt(variance_factor(out.method) / std::max(info, 1e-12) + step * step / 16));
   };
   if (finest.steps.rotations > 0)
-    refine_parameter(0.5 * finest.steps.rotation_rad, out.similarity.rotation_rad, out.rotation_sigma_rad, [&](double d) {
-      return Similarity{best.similarity.rotation_rad + d, best.similarity.scale};
-    });
+    refine_parameter(0.5 * finest.steps.rotation_rad, out.similarity.rotation_rad, out.rotation_sigma_rad,
+                     [&](double d) {
+                       return Similarity{best.similarity.rotation_rad + d, best.similarity.scale};
+                     });
   if (finest.steps.scales > 0)
     refine_parameter(0.5 * finest.steps.scale, out.similarity.scale, out.scale_sigma, [&](double d) {
       return Similarity{best.similarity.rotation_rad, best.similarity.scale + d};
@@ -506,7 +508,8 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
   out.peak.east_m = finest.surface.west_m + (column + 0.5) * gsd;
   out.peak.north_m = finest.surface.north_m - (row + 0.5) * gsd;
   const double g2 = gsd * gsd, en = -(at(1, 1) - at(-1, 1) - at(1, -1) + at(-1, -1)) / 4;  // rows run south
-  const double scale = independent * std::clamp(value, 0.05, 0.95) / (1 - std::min(value, 0.95) * std::min(value, 0.95));
+  const double scale =
+      independent * std::clamp(value, 0.05, 0.95) / (1 - std::min(value, 0.95) * std::min(value, 0.95));
   // By least squares over all nine: of three alone, a sharp crest that runs aslant would look like a summit.
   double ee = 0, nn = 0;
   for (int k = -1; k <= 1; ++k) {
@@ -514,9 +517,8 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
     nn += (2 * at(k, 0) - at(k, -1) - at(k, 1)) / 3;
   }
   const double per_m2 = scale / (g2 * variance_factor(out.method));
-  out.covariance_m2 = bounded_inverse(
-      per_m2 * ee, -per_m2 * en, per_m2 * nn, kPixelSigma * kPixelSigma * g2,
-      std::max(prior.covariance_m2[0], prior.covariance_m2[3]) + g2);
+  out.covariance_m2 = bounded_inverse(per_m2 * ee, -per_m2 * en, per_m2 * nn, kPixelSigma * kPixelSigma * g2,
+                                      std::max(prior.covariance_m2[0], prior.covariance_m2[3]) + g2);
   const auto& covariance = out.covariance_m2;
   const double mean = 0.5 * (covariance[0] + covariance[3]), half = 0.5 * (covariance[0] - covariance[3]);
   out.evidence.sigma_px = std::sqrt((mean + std::hypot(half, covariance[1])) / g2);
