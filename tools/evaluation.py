@@ -77,6 +77,7 @@ def main(folder):
     register(folder, "naip.240", "naip_nd, 240 m, ±160 m")
     register(folder, "naip.160", "naip_nd, 160 m, ±160 m")
     register(folder, "naip.320.turned", "naip_nd, 320 m, ±320 m, heading in error by 3°, scale by 3 %")
+    register(folder, "naip.160.turned", "naip_nd, 160 m, ±160 m, heading in error by 3°, scale by 3 %")
     register(folder, "naip.320.alone", "naip_nd, 320 m, ±320 m, map from 2009 alone")
     pairs(folder)
     photos(folder)

@@ -30,7 +30,11 @@ naip() {
       seeds=1 register "naip.$template.others" "$out/others.lfpack" "$camera" "$template" "$search" \
         --matcher auto --matcher gray --matcher edge --matcher contour
     done
-    samples=$((samples / 5)) seeds=1 register naip.320.turned "$out/others.lfpack" "$camera" 320 320 --rotate-deg 3 --scale 0.03 --matcher orientation
+    for size in "320 320" "160 160"; do
+      read -r template search <<<"$size"
+      seeds=1 register "naip.$template.turned" "$out/others.lfpack" "$camera" "$template" "$search" --rotate-deg 3 --scale 0.03 \
+        --matcher orientation
+    done
     if [ "$camera" != "${files[0]}" ]; then
       [ -e "$out/first.lfpack" ] || build "$out/first.lfpack" "${files[0]}"
       register naip.320.alone "$out/first.lfpack" "$camera" 320 320 --matcher orientation

@@ -1,6 +1,9 @@
 #include "runtime/kernels/planes.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
 
 namespace landfix::kernels {
 namespace {
@@ -8,15 +11,23 @@ namespace {
 /// The bits of the last word of a row of `width` pixels.
 uint64_t last_word_mask(int width) { return ~uint64_t{0} >> (63 - (width - 1) % 64); }
 
+/// The lowest bits of eight bytes, the first byte's first (the multiplication brings each to a place of its own).
+uint64_t lowest_bits(uint64_t bytes) { return (bytes & 0x0101010101010101) * 0x0102040810204080 >> 56; }
+
 /// Packs up to 64 pixels; false for a value that is not ternary.
 bool pack_word(const int8_t* pixels, size_t step, int count, uint64_t& plus, uint64_t& minus) {
-  plus = minus = 0;
+  static_assert(std::endian::native == std::endian::little);
+  std::array<int8_t, 64> values{};
+  for (int i = 0; i < count; ++i) values[size_t(i)] = pixels[size_t(i) * step];
   bool ternary = true;
-  for (int i = 0; i < count; ++i) {
-    const int8_t value = pixels[size_t(i) * step];
-    plus |= uint64_t{value == 1} << i;
-    minus |= uint64_t{value == -1} << i;
-    ternary &= value >= -1 && value <= 1;
+  for (const int8_t value : values) ternary &= value >= -1 && value <= 1;
+  plus = minus = 0;
+  for (unsigned i = 0; i < 64; i += 8) {
+    uint64_t bytes;
+    std::memcpy(&bytes, &values[i], sizeof bytes);
+    const uint64_t negative = lowest_bits(bytes >> 7);
+    minus |= negative << i;
+    plus |= (lowest_bits(bytes) & ~negative) << i;
   }
   return ternary;
 }

@@ -12,6 +12,9 @@ namespace {
 /// tools/calibrate: agreement is worth less than independence would give, as both see the same pixels.
 constexpr double kAgreement = 0.5, kDoubt = 0.4;
 
+/// No probability is closer to 0 or to 1: the samples, some ten thousand, cannot tell better.
+constexpr double kMostCertain = 0.9999;
+
 /// How fast, in spreads of the scores, a gap decides between a peak and one rival.
 constexpr double kDecision = 2;
 
@@ -19,7 +22,7 @@ constexpr double kDecision = 2;
 constexpr double kVarianceFactors[] = {2.5, 8, 3, 1.3};
 
 double logit(double p) { return std::log(p / (1 - p)); }
-double logistic(double x) { return 1 / (1 + std::exp(-std::clamp(x, -30.0, 30.0))); }
+double logistic(double x) { return std::clamp(1 / (1 + std::exp(-x)), 1 - kMostCertain, kMostCertain); }
 
 }  // namespace
 

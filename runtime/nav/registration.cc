@@ -72,9 +72,10 @@ struct Candidate {
   Similarity similarity;
 };
 
-double parabola_top(double left, double middle, double right) {
+/// Of values at −1, 0 and 1; within ±`reach`.
+double parabola_top(double left, double middle, double right, double reach) {
   const double curvature = left - 2 * middle + right;
-  return curvature < 0 ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5) : 0;
+  return curvature < 0 ? std::clamp(0.5 * (left - right) / curvature, -reach, reach) : 0;
 }
 
 /// Second derivative of the log likelihood −N/2·log(1 − c²) by a parameter of which c has this curvature at its peak.
@@ -109,10 +110,11 @@ struct Registrar::State {
     Matcher& nearby() const { return steps.count() > 1 ? *other : *matcher; }
   };
 
-  /// A similarity that is tried, and how well it did.
+  /// A similarity of the grid that is tried, and how well it did.
   struct Trial {
     double value;
     Similarity similarity;
+    int row, column;
   };
 
   void run_auto(const GridImage& patch, const RegistrationPrior& prior, Registration& out);
@@ -123,10 +125,10 @@ struct Registrar::State {
   Status match_all(Level& level, const RegistrationPrior& prior, GridImage& combined, cv::Mat& which,
                    std::vector<Similarity>& similarities);
   Level& level_to_rank(Level& level, const RegistrationPrior& prior);
-  void rank(Level& level, std::vector<Trial>& trials);
-  Status refine(Level& level, Candidate& candidate);
+  std::vector<Similarity> rank(Level& level, const Steps& steps);
+  Status refine(Level& level, Candidate& candidate, bool turn);
   Status finish(Level& finest, const Candidate& best, const RegistrationPrior& prior, Registration& out);
-  Status refine_all(Level& level, std::vector<Candidate>& candidates);
+  Status refine_all(Level& level, std::vector<Candidate>& candidates, bool turn);
   Status look_again(Level& level, const Similarity& similarity, Registration& out);
   Status read_region(Level& level, const RegistrationPrior& prior);
   void spread_over_region(GridImage& surface) const;
@@ -328,50 +330,55 @@ Registrar::State::Level& Registrar::State::level_to_rank(Level& level, const Reg
   return status == Status::kOk ? coarser : level;
 }
 
-/// Sorts similarities by their highest scores, the best first.
-void Registrar::State::rank(Level& level, std::vector<Trial>& trials) {
+/// The similarities with the highest scores, the best first. Every other one of the grid is tried, as on the dark
+/// squares of a chessboard, and then the neighbours of the best.
+std::vector<Similarity> Registrar::State::rank(Level& level, const Steps& steps) {
   independent_pixels = 0;
-  for (Trial& trial : trials) {
-    trial.value = -1;
-    if (level.matcher->match_fast(trial.similarity, level.surface) != Status::kOk) continue;
-    cv::minMaxLoc(level.surface.pixels, nullptr, &trial.value, nullptr, nullptr, level.surface.valid);
+  const int columns = 2 * steps.scales + 1, rows = 2 * steps.rotations + 1;
+  std::vector<Trial> trials;
+  cv::Mat_<uint8_t> tried(rows, columns, uint8_t{0});
+  const auto attempt = [&](int row, int column) {
+    if (row < 0 || row >= rows || column < 0 || column >= columns || tried(row, column)) return;
+    tried(row, column) = 1;
+    const Similarity similarity{(row - steps.rotations) * steps.rotation_rad,
+                                1 + (column - steps.scales) * steps.scale};
+    if (level.matcher->match_fast(similarity, level.surface) != Status::kOk) return;
+    double value;
+    cv::minMaxLoc(level.surface.pixels, nullptr, &value, nullptr, nullptr, level.surface.valid);
     if (independent_pixels == 0) independent_pixels = level.matcher->independent_pixels();
-    trial.value -= penalty(trial.similarity);
-  }
-  std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.value > b.value; });
+    trials.push_back({value - penalty(similarity), similarity, row, column});
+  };
+  const auto sort = [&trials] {
+    std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.value > b.value; });
+    trials.resize(std::min(trials.size(), kPreciseMatches));
+  };
+  for (int row = 0; row < rows; ++row)
+    for (int column = (row + steps.rotations + steps.scales) % 2; column < columns; column += 2) attempt(row, column);
+  sort();
+  for (const Trial& best : std::vector<Trial>(trials))
+    for (const auto& [down, right] : {std::pair(-1, 0), {0, -1}, {0, 1}, {1, 0}})
+      attempt(best.row + down, best.column + right);
+  sort();
+  std::vector<Similarity> best;
+  for (const Trial& trial : trials) best.push_back(trial.similarity);
+  return best;
 }
 
 /// The best score over all similarities at every position, and which of them it was.
 Status Registrar::State::match_all(Level& level, const RegistrationPrior& prior, GridImage& combined, cv::Mat& which,
                                    std::vector<Similarity>& similarities) {
   const Steps& s = level.steps;
-  std::vector<Trial> trials;
   Status worst = Status::kOutsideMap;
-  if (s.count() == 1) {
-    worst = level.matcher->match({}, level.surface);
-    independent_pixels = level.matcher->independent_pixels();
-    combined = level.surface;
-    combined.pixels = level.surface.pixels.clone();
-    combined.valid = level.surface.valid.clone();
-    which = cv::Mat(combined.pixels.size(), CV_8U, cv::Scalar(0));
-    similarities = {{}};
-    return worst;
-  }
-  for (int r = -s.rotations; r <= s.rotations; ++r)
-    for (int k = -s.scales; k <= s.scales; ++k) trials.push_back({0, {r * s.rotation_rad, 1 + k * s.scale}});
-  if (trials.size() > kPreciseMatches) {
-    rank(level_to_rank(level, prior), trials);
-    trials.resize(kPreciseMatches);
-  }
   combined = GridImage();
-  for (const Trial& trial : trials) {
-    const Status status = level.matcher->match(trial.similarity, level.surface);
+  for (const Similarity& similarity :
+       s.count() > 1 ? rank(level_to_rank(level, prior), s) : std::vector<Similarity>{Similarity()}) {
+    const Status status = level.matcher->match(similarity, level.surface);
     if (status != Status::kOk) {
       worst = status;
       continue;
     }
     if (combined.pixels.empty()) independent_pixels = level.matcher->independent_pixels();
-    level.surface.pixels -= penalty(trial.similarity);
+    level.surface.pixels -= penalty(similarity);
     if (combined.pixels.empty()) {
       combined = level.surface;
       combined.pixels = level.surface.pixels.clone();
@@ -383,7 +390,7 @@ Status Registrar::State::match_all(Level& level, const RegistrationPrior& prior,
       which.setTo(double(similarities.size()), better);
       combined.valid |= level.surface.valid;
     }
-    similarities.push_back(trial.similarity);
+    similarities.push_back(similarity);
   }
   return combined.pixels.empty() ? worst : Status::kOk;
 }
@@ -404,13 +411,13 @@ Status Registrar::State::search(Level& level, const RegistrationPrior& prior, Re
   return Status::kOk;
 }
 
-/// Follows a candidate at its own or the next finer level: similarities half a step around, positions some pixels
-/// around.
-Status Registrar::State::refine(Level& level, Candidate& candidate) {
+/// Follows a candidate at its own or the next finer level: positions some pixels around and, if `turn`, similarities
+/// half a step around.
+Status Registrar::State::refine(Level& level, Candidate& candidate, bool turn) {
   if (const Status s = read_around(level, candidate, kRefineRadiusPx); s != Status::kOk) return s;
   const Similarity start = candidate.similarity;
   Similarity best = start;
-  if (level.steps.count() > 1) {
+  if (turn && level.steps.count() > 1) {
     double highest = -2;
     const auto consider = [&](const Similarity& trial) {
       double value;
@@ -440,11 +447,11 @@ Status Registrar::State::refine(Level& level, Candidate& candidate) {
 }
 
 /// Refines all candidates and sorts them, the highest first.
-Status Registrar::State::refine_all(Level& level, std::vector<Candidate>& candidates) {
+Status Registrar::State::refine_all(Level& level, std::vector<Candidate>& candidates, bool turn) {
   std::vector<Candidate> kept;
   const double hopeless = std::min(kHopeless * candidates[0].value, candidates[0].value);
   for (Candidate& c : candidates)
-    if (c.value >= hopeless && refine(level, c) == Status::kOk) kept.push_back(c);
+    if (c.value >= hopeless && refine(level, c, turn) == Status::kOk) kept.push_back(c);
   if (kept.empty()) return Status::kOutsideMap;
   std::stable_sort(kept.begin(), kept.end(), [](const Candidate& a, const Candidate& b) { return a.value > b.value; });
   candidates = kept;
@@ -476,10 +483,10 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
     return value;
   };
   const double independent = out.evidence.independent_pixels;
-  const double start = finest.steps.count() > 1 ? value_at(best.similarity) : 0;
+  const double start = best.value + penalty(best.similarity);
   const auto refine_parameter = [&](double step, double& parameter, double& sigma, auto&& at) {
     const double left = value_at(at(-step)), middle = start, right = value_at(at(step));
-    parameter += step * parabola_top(left, middle, right);
+    parameter += step * parabola_top(left, middle, right, 1);  // the level above saw it within a step
     const double info = information(independent, middle, (left - 2 * middle + right) / (step * step));
     sigma = std::min(sigma, std::sqrt(variance_factor(out.method) / std::max(info, 1e-12) + step * step / 16));
   };
@@ -502,8 +509,8 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
   const auto at = [&](int dx, int dy) { return double(c.at<float>(middle.y + dy, middle.x + dx)); };
   double column = top.x, row = top.y;
   if (top == middle) {
-    column += parabola_top(at(-1, 0), value, at(1, 0));
-    row += parabola_top(at(0, -1), value, at(0, 1));
+    column += parabola_top(at(-1, 0), value, at(1, 0), 0.5);
+    row += parabola_top(at(0, -1), value, at(0, 1), 0.5);
   }
   out.peak.east_m = finest.surface.west_m + (column + 0.5) * gsd;
   out.peak.north_m = finest.surface.north_m - (row + 0.5) * gsd;
@@ -538,14 +545,15 @@ Status Registrar::State::run_method(Method method, const GridImage& patch, const
   if (const Status s = search(levels[chosen], prior, out, candidates); s != Status::kOk) return s;
 
   if (levels[chosen].steps.count() > 1) {
-    if (const Status s = refine_all(levels[chosen], candidates); s != Status::kOk) return s;
+    if (const Status s = refine_all(levels[chosen], candidates, true); s != Status::kOk) return s;
     if (const Status s = look_again(levels[chosen], candidates[0].similarity, out); s != Status::kOk) return s;
   }
   // Finer levels tell little more about which peak is true: all candidates go one level down, the best of them on.
   for (size_t i = chosen; i-- > 0;) {
     Level& level = levels[i];
     if (const Status s = level.nearby().set_patch(level.image, level.rim_px); s != Status::kOk) return s;
-    if (const Status s = refine_all(level, candidates); s != Status::kOk) return s;
+    // What the finest level could improve of the similarity, finish does.
+    if (const Status s = refine_all(level, candidates, i > 0); s != Status::kOk) return s;
     candidates.resize(1);
   }
   if (const Status s = finish(levels[0], candidates[0], prior, out); s != Status::kOk) return s;
