@@ -1,5 +1,6 @@
 #include "runtime/nav/camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "runtime/nav/likelihood.h"
 #include "runtime/nav/rectify.h"
@@ -77,9 +78,8 @@ struct Localizer::State {
   Status survey(const Camera& camera, const Attitude& attitude, double height_m);
   Status choose_search(const Camera& camera, const Attitude& attitude, double height_above_ground_m,
                        Search& search) const;
-  Status match(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
-               const Search& search);
   Status check_age(const Search& search, Fix& fix) const;
+  Status match(const Search& search, double height_above_ground_m);
   void describe(Fix& fix) const;
   /// One sigma per axis of what roll and pitch shift on the ground, `share` of the white noise's variance counted.
   double attitude_error_m(double height_above_ground_m, double share = 1) const {
@@ -183,21 +183,20 @@ Status Localizer::State::choose_search(const Camera& camera, const Attitude& att
   return Status::kOk;
 }
 
-/// Refuses a map that is too old for the policy. Without a policy the age is told where it is known.
+/// Refuses a map that is too old for the policy. Without a policy the age is told where it is known. What counts is the
+/// ground that the patch may show, which need not be that below the aircraft.
 Status Localizer::State::check_age(const Search& search, Fix& fix) const {
   const PointMassFilter::Bounds& r = search.region;
-  const std::optional<CaptureDays> days = map.capture_days(r.west_m, r.south_m, r.east_m, r.north_m);
+  const double patch_east_m = patch.west_m + patch.pixels.cols * patch.gsd_m,
+               patch_south_m = patch.north_m - patch.pixels.rows * patch.gsd_m;
+  const std::optional<CaptureDays> days = map.capture_days(r.west_m + patch.west_m, r.south_m + patch_south_m,
+                                                           r.east_m + patch_east_m, r.north_m + patch.north_m);
   if (days && options.today) fix.map_age_days = *options.today - days->oldest;
   if (!options.max_map_age_days) return Status::kOk;
   return fix.map_age_days && *fix.map_age_days <= *options.max_map_age_days ? Status::kOk : Status::kMapTooOld;
 }
 
-Status Localizer::State::match(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m,
-                               const Search& search) {
-  const PointMassFilter::Moments now = filter.moments();
-  const Status status =
-      rectify(image, camera, attitude, {now.east_m, now.north_m, height_m}, terrain, search.gsd_m, patch);
-  if (status != Status::kOk) return status;
+Status Localizer::State::match(const Search& search, double height_above_ground_m) {
   const PointMassFilter::Bounds& r = search.region;
   RegistrationPrior prior;
   prior.east_m = 0.5 * (r.west_m + r.east_m);
@@ -205,7 +204,7 @@ Status Localizer::State::match(const cv::Mat& image, const Camera& camera, const
   const double x = 0.5 * (r.east_m - r.west_m) / prior.sigmas, y = 0.5 * (r.north_m - r.south_m) / prior.sigmas;
   prior.covariance_m2 = {x * x, 0, 0, y * y};
   const double negligible = 2 * kNegligiblePx / std::max(patch.pixels.cols, patch.pixels.rows),
-               scale_sigma = options.height_sigma_m / (height_m - terrain.plane_height_m);
+               scale_sigma = options.height_sigma_m / height_above_ground_m;
   if (options.heading_sigma_rad > negligible) prior.heading_sigma_rad = options.heading_sigma_rad;
   if (scale_sigma > negligible) prior.scale_sigma = scale_sigma;
   registrar.run(patch, prior, registration);
@@ -262,8 +261,12 @@ Status Localizer::State::take(const cv::Mat& image, const Camera& camera, const 
   const double above_m = height_m - terrain.plane_height_m;
   Search search;
   if (const Status s = choose_search(camera, attitude, above_m, search); s != Status::kOk) return s;
+  if (const Status s =
+          rectify(image, camera, attitude, {now.east_m, now.north_m, height_m}, terrain, search.gsd_m, patch);
+      s != Status::kOk)
+    return s;
   if (const Status s = check_age(search, fix); s != Status::kOk) return s;
-  const Status matched = match(image, camera, attitude, height_m, search);
+  const Status matched = match(search, above_m);
   if (matched != Status::kOk && matched != Status::kImprobable) return matched;
   describe(fix);
   if (matched != Status::kOk) return matched;

@@ -32,8 +32,8 @@ struct LocalizerOptions {
   // The policy: what is refused before the filter sees it.
   std::optional<Method> method;         ///< absent: chosen by what the region offers
   Gate gate = Gate::kNone;              ///< the filter weighs doubtful images itself; a gate keeps them out
-  std::optional<int> max_map_age_days;  ///< a region whose oldest image is older, or undated, is refused
-  std::optional<int> today;             ///< days since 1970-01-01, for the map's age
+  std::optional<int> max_map_age_days;  ///< ground in view whose oldest image is older, or undated, is refused
+  std::optional<int> today;  ///< days since 1970-01-01, for the map's age: without it a limit refuses every map
 
   // The measurement.
   double outlier_probability = 0.02;  ///< of an image that says nothing about the position
@@ -52,8 +52,8 @@ struct LocalizerOptions {
   PointMassFilterOptions filter;
 };
 
-/// What one image said. Everything but `status`, `time_s` and `processing_time_s` is meaningful only if `status` is
-/// kOk (or kImprobable: a match that the gate refused).
+/// What one image said. Everything but `status`, `time_s`, `processing_time_s` and, with kMapTooOld, `map_age_days` is
+/// meaningful only if `status` is kOk (or kImprobable: a match that the gate refused).
 struct Fix {
   Status status = Status::kNotStarted;
   double time_s = 0;                      ///< of the image, as given
@@ -100,8 +100,8 @@ class Localizer {
 
   /// Matches an image with the map and takes it into the filter. Where the map has heights and the filter knows where
   /// they are, the image is rectified through them, otherwise on a plane.
-  /// `image`: H×W of the camera's size, CV_8UC1 or CV_8UC3 (red, green, blue). `attitude`: heading against grid north.
-  /// `height_m`: camera above the ellipsoid.
+  /// `image`: H×W of the camera's size, CV_8UC1 or CV_8UC3 (red, green, blue; OpenCV reads files the other way round).
+  /// `attitude`: heading against grid north. `height_m`: camera above the ellipsoid.
   Fix update(const cv::Mat& image, const Camera& camera, const Attitude& attitude, double height_m, double time_s);
 
   Estimate estimate() const;

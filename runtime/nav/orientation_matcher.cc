@@ -136,6 +136,7 @@ class OrientationMatcher final : public Matcher {
     features::orientation(continued(image), {}, {}, whole.pixels, whole.valid);
     whole.pixels = whole.pixels(cv::Rect({kMarginPx, kMarginPx}, image.pixels.size())).clone();
     whole.valid = image.valid.empty() ? cv::Mat(image.pixels.size(), CV_8U, cv::Scalar(255)) : image.valid.clone();
+    whole.pixels.setTo(0, whole.valid == 0);  // what the continuation ends with must not be blurred into the patch
     compress(whole.pixels);
     cv::Mat low;
     cv::GaussianBlur(whole.pixels, low, {}, kSharpeningSigmaPx, kSharpeningSigmaPx, cv::BORDER_CONSTANT);

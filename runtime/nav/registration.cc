@@ -361,6 +361,7 @@ std::vector<Similarity> Registrar::State::rank(Level& level, const Steps& steps)
   sort();
   std::vector<Similarity> best;
   for (const Trial& trial : trials) best.push_back(trial.similarity);
+  if (best.empty()) best.emplace_back();  // the precise match then says what is wrong
   return best;
 }
 

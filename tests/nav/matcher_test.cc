@@ -332,7 +332,7 @@ TEST(ContourMatcher, EqualsItsDefinitionUnderMasks) {
 }
 
 /// What the camera's side of an orientation match is, by plain loops in doubles: the mean of what is near goes on where
-/// there is no image, lengths to the power of 3/4, less half of their mean around (sigma 4 pixels).
+/// there is no image, lengths to the power of 3/4, 0 beyond the image, less half of their mean around (sigma 4 pixels).
 cv::Mat_<cv::Vec2d> sharpened_orientation(const GridImage& patch) {
   const int margin = 5, rows = patch.pixels.rows + 2 * margin, columns = patch.pixels.cols + 2 * margin;
   const auto known = [&](int y, int x) {
@@ -362,7 +362,8 @@ cv::Mat_<cv::Vec2d> sharpened_orientation(const GridImage& patch) {
     for (int x = 0; x < out.cols; ++x) {
       const cv::Vec2f v = ab.at<cv::Vec2f>(y + margin, x + margin);
       const double length = std::hypot(v[0], v[1]);
-      compressed(y, x) = length > 0 ? cv::Vec2d(v) * std::pow(length, -0.25) : cv::Vec2d();
+      const bool counts = known(y + margin, x + margin) && length > 0;
+      compressed(y, x) = counts ? cv::Vec2d(v) * std::pow(length, -0.25) : cv::Vec2d();
     }
   const int radius = 16;
   std::vector<double> weights;
