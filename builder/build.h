@@ -65,7 +65,7 @@ struct LayerSummary {
 
 /// How far an image lies off the one that it was compared with.
 struct ShiftSummary {
-  std::string image;
+  std::string image;  ///< name of its file; "#2" and so on where images in other folders have the same one
   ingest::Alignment alignment;
   std::string text;
   bool removed = false;

@@ -109,26 +109,46 @@ tiles::Codec codec_of(const std::string& layer, tiles::Codec otherwise, const Bu
   return otherwise;
 }
 
-bool serves(tiles::Codec codec, const tiles::TileFormat& format) {
-  if (codec == tiles::Codec::kJpeg) return format.type == tiles::PixelType::kU8 && format.channels != 2;
-  return codec != tiles::Codec::kContext || format.type == tiles::PixelType::kBit;
+// Why a codec cannot hold such pixels; empty: it can.
+std::string refusal_of(tiles::Codec codec, const tiles::TileFormat& format) {
+  if (codec == tiles::Codec::kJpeg && (format.type != tiles::PixelType::kU8 || format.channels == 2))
+    return "jpeg needs 8-bit pixels of 1 or 3 channels";
+  if (codec == tiles::Codec::kContext && format.type != tiles::PixelType::kBit)
+    return "context needs pixels of single bits, as orientation has them";
+  return {};
+}
+
+std::string codecs_for(const tiles::TileFormat& format) {
+  std::vector<std::string> names;
+  for (const tiles::Codec codec :
+       {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd, tiles::Codec::kContext})
+    if (refusal_of(codec, format).empty()) names.push_back(name_of(codec));
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 LayerPlan plan_of(const layers::RasterLayer& layer, const BuildOptions& options, const Plan& plan) {
   const layers::LayerInfo& info = layer.info();
   LayerPlan out{&layer, codec_of(info.name, info.default_codec, options, plan)};
-  if (!serves(out.codec, info.format))
-    throw Error(
-        ExitCode::kUsage,
-        fmt::format("--codec {}={}: JPEG serves 8-bit layers of 1 or 3 channels only, context bit planes; use raw "
-                    "or zstd",
-                    info.name, name_of(out.codec)));
+  if (const std::string refusal = refusal_of(out.codec, info.format); !refusal.empty())
+    throw Error(ExitCode::kUsage, fmt::format("--codec {}={}: {}; expected one of {}", info.name, name_of(out.codec),
+                                              refusal, codecs_for(info.format)));
   int window_level = plan.image_level;
   if (info.input == Input::kHeights)
     window_level = std::max(window_level, tiles::nearest_level(plan.elevation->gsd_m()).value_or(window_level));
   out.base_level = std::min(window_level + info.base_offset, tiles::kMaxLevel);
   out.top_level = std::max(out.base_level, top_level_of(plan.area->bounds()));
   return out;
+}
+
+// A codec for a layer that is not built is a misunderstanding that the user should hear of.
+void require_built(const std::string& layer, tiles::Codec codec, const BuildOptions& options, const Plan& plan) {
+  std::vector<std::string> built;
+  for (const LayerPlan& l : plan.layers) built.push_back(l.info().name);
+  if (std::ranges::count(built, layer) > 0) return;
+  const std::string lack = lack_of(layers::find(layer)->info(), options, plan);
+  throw Error(ExitCode::kUsage,
+              fmt::format("--codec {}={}: this layer is not built{}; built are {}", layer, name_of(codec),
+                          lack.empty() ? "" : ", it " + lack, fmt::join(built, ", ")));
 }
 
 void choose_layers(const BuildOptions& options, Plan& plan) {
@@ -143,6 +163,7 @@ void choose_layers(const BuildOptions& options, Plan& plan) {
         plan.halved[level].push_back(plan.layers.size());
     plan.layers.push_back(out);
   }
+  for (const auto& [layer, codec] : options.codecs) require_built(layer, codec, options, plan);
 }
 
 std::optional<double> georegistration_error(const BuildOptions& options, const ingest::ImageSet& images) {
@@ -153,6 +174,24 @@ std::optional<double> georegistration_error(const BuildOptions& options, const i
     largest = std::max(largest, *source.georegistration_error_m);
   }
   return largest;
+}
+
+// What tells sources apart in parameters and messages: the file's name, and where several have it, "#2" and so on from
+// the second of them as listed. Folders would make the pack depend on where it was built.
+std::vector<std::string> labels_of(const std::vector<std::string>& names) {
+  std::vector<std::string> labels;
+  for (const std::string& name : names) {
+    std::string label = name;
+    for (int number = 2; std::ranges::count(labels, label) > 0; ++number) label = fmt::format("{}#{}", name, number);
+    labels.push_back(label);
+  }
+  return labels;
+}
+
+std::vector<std::string> names_of(const std::vector<ingest::Source>& sources) {
+  std::vector<std::string> names;
+  for (const ingest::Source& source : sources) names.push_back(source.name);
+  return names;
 }
 
 std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOptions& options, const Plan& plan) {
@@ -168,8 +207,11 @@ std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOption
   }
   if (jpeg) out.emplace_back("jpeg_quality", std::to_string(plan.encoding.jpeg_quality));
   if (zstd) out.emplace_back("zstd_level", std::to_string(plan.encoding.zstd_level));
-  for (const exporter::PackSource& s : plan.description.sources)
-    if (s.source.nodata) out.emplace_back("nodata." + s.source.name, fmt::format("{}", *s.source.nodata));
+  std::vector<ingest::Source> sources = plan.images->sources();
+  if (plan.elevation) sources.push_back(plan.elevation->source());
+  const std::vector<std::string> labels = labels_of(names_of(sources));
+  for (size_t i = 0; i < sources.size(); ++i)
+    if (sources[i].nodata) out.emplace_back("nodata." + labels[i], fmt::format("{}", *sources[i].nodata));
   for (const ShiftSummary& s : plan.shifts)
     out.emplace_back("shift." + s.image, s.text + (s.removed ? ", removed" : ""));
   return out;
@@ -236,11 +278,12 @@ std::string fingerprint_of(const Plan& plan) {
 // Before anything that depends on where the images lie.
 void align(const BuildOptions& options, Plan& plan) {
   const auto alignments = ingest::measure_alignment(*plan.images, plan.image_level);
+  const std::vector<std::string> labels = labels_of(names_of(plan.images->sources()));
   for (size_t i = 0; i < alignments.size(); ++i) {
     const ingest::Alignment& a = alignments[i];
     if (!a.reference) continue;
     const bool removed = options.align && a.measured;
-    plan.shifts.push_back({plan.images->sources()[i].name, a, text_of(a, plan.images->sources()), removed});
+    plan.shifts.push_back({labels[i], a, text_of(a, labels), removed});
     if (removed) plan.images->move_source(i, -a.east_m, -a.north_m);
   }
 }

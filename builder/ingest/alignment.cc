@@ -265,9 +265,9 @@ std::vector<Alignment> measure_alignment(const ImageSet& images, int level, cons
   return out;
 }
 
-std::string text_of(const Alignment& a, const std::vector<Source>& sources) {
+std::string text_of(const Alignment& a, const std::vector<std::string>& names) {
   if (!a.reference) return {};
-  const std::string& name = sources[*a.reference].name;
+  const std::string& name = names[*a.reference];
   if (!a.measured)
     return fmt::format("shift against {} not measurable: {} of {} windows at {} m agree", name, a.agreeing, a.windows,
                        a.gsd_m);

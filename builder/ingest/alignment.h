@@ -40,7 +40,7 @@ struct Alignment {
 std::vector<Alignment> measure_alignment(const ImageSet& images, int level, const AlignmentOptions& options = {});
 
 /// "lies 1.52 m east, 0.47 m south by comparison with b.tif (14 of 16 windows at 0.5 m agree, spread 0.08 m)", or why
-/// that is not known; empty for a source without reference.
-std::string text_of(const Alignment& alignment, const std::vector<Source>& sources);
+/// that is not known; empty for a source without reference. `names`: what to call each source.
+std::string text_of(const Alignment& alignment, const std::vector<std::string>& names);
 
 }  // namespace landfix::ingest

@@ -1,5 +1,11 @@
 // `agreement`: how much the dates of the sources agree about orientation, on a coarse grid. For navigability and for
 // weights.
+//
+// The value is a share, |sum of vectors| / sum of |vectors|, and not normalised by the number of dates: dates that have
+// nothing to do with each other still give the length of a random walk, for vectors of one length 0.64 of two dates,
+// 0.52 of three, 0.45 of four and 0.40 of five (values 163, 134, 115 and 103), and more where the lengths differ.
+// Compare values of equal numbers of dates only, which the second channel tells, or (s - c) / (1 - c), where s is the
+// share and c what chance gives for the number of dates.
 #include <algorithm>
 #include <iterator>
 

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 
 namespace landfix::terrain {
 namespace {
@@ -29,11 +30,13 @@ Scene::Scene(const features::GridImage& ortho, double plane_height_m)
 Picture Scene::render(const nav::Camera& camera, const Pose& pose) const {
   Picture picture{cv::Mat::zeros(camera.height, camera.width, CV_8UC(texture_.channels())),
                   cv::Mat::zeros(camera.height, camera.width, CV_8UC1)};
-  tbb::parallel_for(0, camera.height, [&](int row) { render_row(camera, pose, row, picture); });
+  const nav::Lens lens(camera);
+  tbb::parallel_for(0, camera.height, [&](int row) { render_row(camera, lens, pose, row, picture); });
   return picture;
 }
 
-void Scene::render_row(const nav::Camera& camera, const Pose& pose, int row, Picture& picture) const {
+void Scene::render_row(const nav::Camera& camera, const nav::Lens& lens, const Pose& pose, int row,
+                       Picture& picture) const {
   const Eigen::Matrix3d enu_from_camera = nav::enu_from_camera(pose.attitude);
   const Eigen::Vector3d position(pose.east_m, pose.north_m, pose.height_m);
   const double focal_px = 0.5 * (camera.fx + camera.fy);
@@ -41,15 +44,17 @@ void Scene::render_row(const nav::Camera& camera, const Pose& pose, int row, Pic
   for (int begin = 0; begin < camera.width; begin += Surface::kPacket) {
     const int count = std::min(Surface::kPacket, camera.width - begin);
     Surface::Directions directions;
+    std::array<bool, Surface::kPacket> seen{};
     for (int i = 0; i < Surface::kPacket; ++i) {
       // Of depth 1 along the optical axis, so that the distance of a hit is its depth.
-      const Eigen::Vector3d in_camera((begin + i - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+      Eigen::Vector3d in_camera(0, 0, 1);
+      seen[size_t(i)] = lens.ray_of({begin + i, row}, in_camera);
       directions[size_t(i)] = (enu_from_camera * in_camera).cast<float>();
     }
     const Surface::Distances depths = surface_.intersect(position, directions, count);
     for (int i = 0; i < count; ++i) {
       const double depth_m = depths[size_t(i)];
-      if (depth_m <= 0) continue;
+      if (depth_m <= 0 || !seen[size_t(i)]) continue;
       const Eigen::Vector3d hit = position + depth_m * directions[size_t(i)].cast<double>();
       float value[3];
       if (!texture_.sample(hit.x(), hit.y(), depth_m / focal_px, value)) continue;

@@ -32,9 +32,9 @@ class Scene {
   /// The same over a flat plane, for places without a height model.
   Scene(const features::GridImage& ortho, double plane_height_m);
 
-  /// The picture of a pinhole camera in a nadir mount: one ray per pixel through its centre, texture filtered to the
-  /// size of the pixel on the ground, nearest gray value. Rows run in parallel; the result does not depend on their
-  /// order.
+  /// The picture of a camera in a nadir mount, through its lens distortion: one ray per pixel through its centre,
+  /// texture filtered to the size of the pixel on the ground, nearest gray value. No data where the distortion leads no
+  /// ray to a pixel. Rows run in parallel; the result does not depend on their order.
   Picture render(const nav::Camera& camera, const Pose& pose) const;
 
   /// Height of the uppermost ground at a place; nothing where there are no heights.
@@ -44,7 +44,7 @@ class Scene {
   const Surface& surface() const { return surface_; }
 
  private:
-  void render_row(const nav::Camera& camera, const Pose& pose, int row, Picture& picture) const;
+  void render_row(const nav::Camera& camera, const nav::Lens& lens, const Pose& pose, int row, Picture& picture) const;
 
   Texture texture_;
   Surface surface_;

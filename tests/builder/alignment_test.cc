@@ -72,9 +72,11 @@ TEST_F(AlignmentTest, FindsShiftsToAFractionOfAPixel) {
     EXPECT_EQ(found[i].agreeing, found[i].windows) << i;
     EXPECT_LT(found[i].spread_m, 0.3) << i;
   }
-  EXPECT_NE(text_of(found[1], images_->sources()).find("m east, 1."), std::string::npos)
-      << text_of(found[1], images_->sources());
-  EXPECT_EQ(text_of(found[0], images_->sources()), "");
+  const std::vector<std::string> names = {"first", "second", "third", "fourth"};
+  const std::string text = text_of(found[1], names);
+  EXPECT_NE(text.find("m east, 1."), std::string::npos) << text;
+  EXPECT_NE(text.find("by comparison with first ("), std::string::npos) << text;
+  EXPECT_EQ(text_of(found[0], names), "");
 }
 
 TEST_F(AlignmentTest, MovingASourceRemovesItsShift) {
@@ -128,7 +130,7 @@ TEST_F(AlignmentTest, SaysNothingWhereWindowsDisagree) {
   EXPECT_FALSE(found[1].measured);
   EXPECT_EQ(found[1].east_m, 0);
   EXPECT_EQ(found[1].north_m, 0);
-  EXPECT_NE(text_of(found[1], images_->sources()).find("not measurable"), std::string::npos);
+  EXPECT_NE(text_of(found[1], {"first", "second"}).find("shift against first not measurable"), std::string::npos);
 }
 
 TEST_F(AlignmentTest, SaysNothingWhereNothingIsInCommon) {

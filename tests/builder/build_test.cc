@@ -487,6 +487,37 @@ TEST_F(BuildTest, MeasuresShiftsAndRemovesThemWhenAskedTo) {
   EXPECT_GT(cv::mean(agreement)[0], 245);
 }
 
+// Three images of one name, in folders of their own: the second and the third lie 3 m and 5 m too far east.
+TEST_F(BuildTest, TellsImagesOfOneNameApart) {
+  const auto blocks = [](int x, int y) { return texture(x / 7 + 500, y / 7 + 500); };
+  BuildOptions o = options({});
+  for (const auto& [folder, shift_m, date] :
+       {std::tuple("a", 0, "2018-07-16"), std::tuple("b", 3, "2014-07-16"), std::tuple("c", 5, "2009-08-18")}) {
+    fs::create_directories(path(folder));
+    const fs::path file =
+        write(std::string(folder) + "/ortho.tif",
+              image(0, 0, 500, 500, [&, shift = shift_m](int x, int y) { return blocks(x - shift, y); }));
+    o.images.push_back({.path = file.string(), .date = date, .nodata = 255});
+  }
+  const BuildSummary summary = build_silently(o);
+  ASSERT_EQ(summary.shifts.size(), 2u);
+  EXPECT_EQ(summary.shifts[0].image, "ortho.tif#2");
+  EXPECT_EQ(summary.shifts[1].image, "ortho.tif#3");
+  EXPECT_NEAR(summary.shifts[1].alignment.east_m, 5, 0.1);
+  const auto pack = Pack::open(o.output.c_str());
+  std::map<std::string, std::string> parameters;
+  for (uint32_t i = 0; i < pack->info().parameter_count; ++i) {
+    const auto p = pack->parameter(i);
+    EXPECT_TRUE(parameters.emplace(p->first, p->second).second) << p->first << " stands there twice";
+    EXPECT_EQ(std::string(p->second).find(folder_.string()), std::string::npos) << p->second;
+  }
+  EXPECT_NE(parameters["shift.ortho.tif#2"].find("lies 3.0"), std::string::npos) << parameters["shift.ortho.tif#2"];
+  EXPECT_NE(parameters["shift.ortho.tif#3"].find("by comparison with ortho.tif ("), std::string::npos)
+      << parameters["shift.ortho.tif#3"];
+  EXPECT_EQ(parameters["nodata.ortho.tif"], "255");
+  EXPECT_EQ(parameters["nodata.ortho.tif#3"], "255");
+}
+
 TEST_F(BuildTest, RefusesADemThatDoesNotOverlap) {
   BuildOptions o = options({town()});
   o.elevation = ingest::SourceOptions{
@@ -521,6 +552,18 @@ TEST_F(BuildTest, RefusesOptionsThatItCannotServe) {
           [](BuildOptions& o) { o.layers = {"grey"}; });
   refuses(ExitCode::kUsage, "--dem", [](BuildOptions& o) { o.layers = {"height"}; });
   refuses(ExitCode::kUsage, "no such layer", [](BuildOptions& o) { o.codecs["grey"] = Codec::kRaw; });
+  refuses(ExitCode::kUsage, "--codec orientation=raw: this layer is not built; built are gray, overview",
+          [](BuildOptions& o) { o.codecs["orientation"] = Codec::kRaw; });
+  refuses(ExitCode::kUsage, "--codec height=zstd: this layer is not built, it needs heights; give them with --dem",
+          [](BuildOptions& o) { o.layers.clear(), o.codecs["height"] = Codec::kZstd; });
+  refuses(ExitCode::kUsage,
+          "gray=context: context needs pixels of single bits, as orientation has them; expected one "
+          "of raw, jpeg, zstd",
+          [](BuildOptions& o) { o.codecs["gray"] = Codec::kContext; });
+  refuses(ExitCode::kUsage,
+          "orientation=jpeg: jpeg needs 8-bit pixels of 1 or 3 channels; expected one of raw, zstd, "
+          "context",
+          [](BuildOptions& o) { o.layers = {"orientation"}, o.codecs["orientation"] = Codec::kJpeg; });
   refuses(ExitCode::kUsage, "1 to 100", [](BuildOptions& o) { o.jpeg_quality = 0; });
   refuses(ExitCode::kUsage, "0 or more", [](BuildOptions& o) { o.georegistration_error_m = -1.0; });
   refuses(ExitCode::kUsage, "at most one", [](BuildOptions& o) { o.bbox = "1,2,3,4", o.area_file = "a.geojson"; });

@@ -114,6 +114,27 @@ TEST(Scene, HeadingTurnsThePictureClockwiseFromNorth) {
   EXPECT_NEAR(seen.y - camera.cy, 0.0, 0.5);
 }
 
+TEST(Scene, LensDistortionMovesWhatItShows) {
+  // 40 m east and 30 m north of the camera, 100 m up: r² = 0.25, so that k1 = -0.2 pulls the spot in by a factor of
+  // 0.95, which is 13.85 px of the 277 px from the middle.
+  GridImage ortho = dark_ortho();
+  draw_spot(ortho, kWest + 240, kNorth - 170);
+  const Scene scene(ortho, 0.0);
+  nav::Camera camera;
+  camera.distortion.k1 = -0.2;
+  const Picture picture = scene.render(camera, {kWest + 200, kNorth - 200, 100, {}});
+  const cv::Point2d seen = centroid(picture.image, {camera.cx + 0.95 * 221.6, camera.cy - 0.95 * 166.2});
+  EXPECT_NEAR(seen.x - camera.cx, 0.95 * 221.6, 0.5);
+  EXPECT_NEAR(seen.y - camera.cy, -0.95 * 166.2, 0.5);
+
+  // With k1 = -0.7 the distortion turns back at r = 0.69, where it shows 0.46: pixels further than 255 px from the
+  // middle see nothing.
+  camera.distortion.k1 = -0.7;
+  const Picture folded = scene.render(camera, {kWest + 200, kNorth - 200, 100, {}});
+  EXPECT_NE(folded.valid.at<uchar>(240, 319 + 250), 0);
+  EXPECT_EQ(folded.valid.at<uchar>(240, 319 + 260), 0);
+}
+
 TEST(Scene, FineTextureAveragesWhenSeenFromAbove) {
   // A checkerboard of single texels, pixels of 4 texels on the ground: its mean, 100, everywhere; without a pyramid the
   // picture would alternate between 0 and 200.

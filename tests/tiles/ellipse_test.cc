@@ -23,7 +23,7 @@ Covariance covariance_of(double sigma_a_m, double sigma_b_m, double angle_rad) {
 double least_distance(const Ellipse& e, const TileIndex& t) {
   const double side = tile_side(t.level), x0 = t.x * side - e.east_m, y0 = t.y * side - e.north_m;
   if (x0 <= 0 && x0 + side >= 0 && y0 <= 0 && y0 + side >= 0) return 0;
-  const auto& [ee, en, nn] = e.covariance;
+  const double ee = e.covariance.ee, en = e.covariance.en, nn = e.covariance.nn;
   const double determinant = ee * nn - en * en;
   double least = std::numeric_limits<double>::infinity();
   const auto visit = [&](double x, double y) {

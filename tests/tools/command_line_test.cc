@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "schemas/pack_generated.h"
@@ -182,12 +183,9 @@ TEST_F(WithMap, InfoSaysWhatThePackHolds) {
   std::map<std::string, double> finest_gsd_m;
   for (const json& layer : info["layers"]) finest_gsd_m[layer["name"]] = layer["levels"][0]["gsd_m"];
   // Gray as the image, height as the DTM, overview four times coarser than the image.
-  EXPECT_EQ(finest_gsd_m, (std::map<std::string, double>{{"gray", 0.5},
-                                                         {"overview", 2},
-                                                         {"edge", 0.5},
-                                                         {"contour", 0.5},
-                                                         {"orientation", 0.5},
-                                                         {"height", 1}}));
+  EXPECT_EQ(finest_gsd_m,
+            (std::map<std::string, double>{
+                {"gray", 0.5}, {"overview", 2}, {"edge", 0.5}, {"contour", 0.5}, {"orientation", 0.5}, {"height", 1}}));
   ASSERT_EQ(info["sources"].size(), 2u);
   EXPECT_EQ(info["sources"][0]["capture_date"], "2020-07-15");
   EXPECT_EQ(info["sources"][1]["vertical_datum"], "ellipsoid");
@@ -213,6 +211,22 @@ TEST_F(WithMap, ThreadsLeaveTheBytes) {
     expect_done(arguments);
     EXPECT_EQ(bytes("threads" + threads + ".lfpack"), bytes("map.lfpack")) << threads;
   }
+}
+
+TEST_F(WithMap, BuildSummaryIsATable) {
+  const std::string out = run({"build", "world/ortho.tif", "--layers", "gray,contour,orientation", "--codec",
+                               "orientation=context", "-o", "table.lfpack"})
+                              .out;
+  // Every row has "tiles" at the same column, whatever the names and codecs.
+  std::set<size_t> columns;
+  std::istringstream lines(out);
+  int rows = 0;
+  for (std::string line; std::getline(lines, line);)
+    if (line.rfind("  ", 0) == 0 && line.find(" tiles ") != std::string::npos && line.find(" m") != std::string::npos &&
+        line.find("equal") == std::string::npos)
+      columns.insert(line.find(" tiles ")), ++rows;
+  EXPECT_EQ(rows, 3) << out;
+  EXPECT_EQ(columns.size(), 1u) << out;
 }
 
 TEST_F(WithMap, BuildReplacesAPackByForceOnly) {
@@ -375,12 +389,14 @@ TEST_F(WithMap, AFlightLeavesATrackAndItsSummary) {
 TEST_F(CommandLine, HelpTeachesWithExamples) {
   const Outcome all = run({"--help"});
   EXPECT_EQ(all.code, kDone);
-  for (const std::string command : {"build", "info", "verify", "query", "keygen", "sign", "synth", "fly"}) {
+  for (const std::string command : {"build", "info", "verify", "query", "keygen", "sign", "synth", "fly", "eval"}) {
     expect_words(all.out, {command});
     const Outcome help = run({command, "--help"});
     EXPECT_EQ(help.code, kDone);
     expect_words(help.out, {"Example", "landfix " + command});
   }
+  expect_words(all.out, {"fly, evaluate"});
+  expect_words(run({"build", "--help"}).out, {"--set standard -o", "--align -o"});
   expect_words(run({"--version"}).out, {"landfix "});
 }
 
@@ -598,6 +614,8 @@ TEST_F(CommandLine, WrongCommandLinesAreSaid) {
   expect_usage({"query", "map.lfpack"}, {"--at", "--grid", "--bbox"});
   expect_usage({"query", "map.lfpack", "--grid", kPlace, "-o", "region.jpg"}, {"region.jpg", ".png", ".tif"});
   expect_usage({"build", "image.tif", "--gsd", "0.3", "-o", "out.lfpack"}, {"--gsd 0.3", "powers of two", "0.25"});
+  expect_usage({"build", "image.tif", "--codec", "gray=foo", "-o", "out.lfpack"},
+               {"--codec gray=foo: expected raw, jpeg, zstd or context"});
   expect_usage({"build", "image.tif", "--date", "other.tif=2020-01-01", "-o", "out.lfpack"}, {"other.tif"});
 }
 

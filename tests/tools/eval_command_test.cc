@@ -127,5 +127,36 @@ TEST_F(EvalCommand, PairsAndPhotos) {
   expect_refusal("eval photos --map map.lfpack nowhere.jpg", 7, {"nowhere.jpg"});
 }
 
+// One line says what is wrong; the libraries that decode images keep quiet.
+TEST_F(EvalCommand, PairsThatCannotBeDecodedAreSaidOnce) {
+  save("whole.png", summer());
+  const std::string png = text("whole.png"), tif = text("summer.tif");
+  for (const auto& [name, bytes] : {std::pair<std::string, std::string>("text.jpg", "no image"),
+                                    {"head.png", png.substr(0, 40)},
+                                    {"half.tif", tif.substr(0, tif.size() / 2)}}) {
+    const std::string folder = "bad_" + name.substr(0, 4);
+    fs::create_directories(path(folder));
+    std::ofstream(path(folder + "/" + name), std::ios::binary) << bytes;
+    const Outcome outcome = run("eval pairs --a " + folder + " --b " + folder);
+    EXPECT_EQ(outcome.code, 3) << outcome.out;
+    EXPECT_EQ(outcome.out.rfind("landfix: " + folder + "/" + name + ": the image cannot be decoded", 0), 0u)
+        << outcome.out;
+    EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1) << outcome.out;
+  }
+}
+
+TEST_F(EvalCommand, HelpSaysHowJsonMayBeGiven) {
+  const auto expect_words = [&](const std::string& arguments, const std::vector<std::string>& words) {
+    const Outcome help = run(arguments);
+    EXPECT_EQ(help.code, 0);
+    for (const std::string& word : words) EXPECT_NE(help.out.find(word), std::string::npos) << word << ": " << help.out;
+    EXPECT_EQ(help.out.find("{-}"), std::string::npos) << help.out;
+  };
+  expect_words("eval --help", {"Examples:", "landfix eval register", "landfix eval pairs", "landfix eval photos"});
+  for (const std::string command : {"register", "pairs", "photos"})
+    expect_words("eval " + command + " --help", {"--json[=FILE] ", "Example", "landfix eval " + command});
+  expect_refusal("eval pairs", 2, {"'landfix eval pairs --help'"});
+}
+
 }  // namespace
 }  // namespace landfix::eval

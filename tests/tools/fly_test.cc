@@ -295,6 +295,23 @@ TEST_F(Flights, TracksAreDrawnWhereTheyLie) {
   EXPECT_GT(cv::countNonZero(truth), 1000);  // a line of 300 m, more than 2 px per metre, 3 px wide, partly overdrawn
 }
 
+TEST_F(Flights, TracksAreDrawnOverAMapWithoutGray) {
+  const nav::MapLayer layers[] = {nav::MapLayer::kOrientation};
+  const MemoryMap map(world_->map, world_->heights, layers);
+  std::vector<Record> records(3);
+  for (size_t i = 0; i < records.size(); ++i) {
+    records[i].truth.east_m = records[i].estimate.east_m = kWest + 100 * double(i);
+    records[i].truth.north_m = kNorth, records[i].estimate.north_m = kNorth - 10;
+    records[i].dead_reckoning_east_m = kWest, records[i].dead_reckoning_north_m = kNorth;
+    records[i].gnss = i == 0;
+  }
+  const cv::Mat picture = draw_tracks(records, map, 640);
+  EXPECT_EQ(picture.size(), cv::Size(640, 260));  // 200 m x 10 m with 60 m of margin on all sides, half a metre per pixel
+  cv::Mat truth;
+  cv::inRange(picture, cv::Scalar(70, 210, 70), cv::Scalar(90, 230, 90), truth);
+  EXPECT_GT(cv::countNonZero(truth), 400);  // 200 m at 2 px per metre, 3 px wide
+}
+
 TEST(Relief, IsTakenOutWhereTheMapHasHeights) {
   // Slopes of 35 m in 60 m: at the side of the view from 60 m, 30 m out, ground is some 15 m higher or lower than below
   // the aircraft and shows 8 m from where a plane would put it. Through the heights the pictures match nearly as well

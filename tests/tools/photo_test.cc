@@ -106,6 +106,7 @@ TEST(Photo, TagsAreRead) {
   EXPECT_EQ(t.focal_length_35mm_mm.value(), 20);
   EXPECT_EQ(t.tagged_width_px.value(), 4000);
   EXPECT_EQ(t.capture_time, "2016-06-23T16:31:59");
+  EXPECT_FALSE(t.edited) << "nothing says when the file was written";
   EXPECT_EQ(t.rtk_flag.value(), 50);
   EXPECT_NEAR(t.rtk_sigma_east_m.value(), 0.011, 1e-12);
   EXPECT_NEAR(t.rtk_sigma_up_m.value(), 0.025, 1e-12);
@@ -156,6 +157,20 @@ TEST(Photo, NonsenseInTagsIsAsIfTheyWereMissing) {
   EXPECT_FALSE(t.gimbal_yaw_rad);
   EXPECT_FALSE(t.gimbal_pitch_rad);
   EXPECT_EQ(t.capture_time, "");
+}
+
+TEST(Photo, WrittenLaterThanTakenIsEdited) {
+  const auto edited = [](const char* written, const char* taken) {
+    return read_photo_tags(photograph([&](Exiv2::ExifData& exif, Exiv2::XmpData&) {
+             if (*written) exif["Exif.Image.DateTime"] = written;
+             if (*taken) exif["Exif.Photo.DateTimeOriginal"] = taken;
+           }))
+        .edited;
+  };
+  EXPECT_TRUE(edited("2016:06:23 19:24:42", "2016:06:23 16:31:59"));
+  EXPECT_FALSE(edited("2016:06:23 16:31:59", "2016:06:23 16:31:59"));
+  EXPECT_FALSE(edited("2016:06:23 19:24:42", "")) << "when it was taken is not known";
+  EXPECT_FALSE(edited("", "2016:06:23 16:31:59"));
 }
 
 TEST(Photo, WithoutTagsTheMessageListsWhatIsMissing) {

@@ -1,9 +1,13 @@
 #include "tools/common/photo.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <exiv2/exiv2.hpp>
 #include <filesystem>
 #include <mutex>
@@ -114,6 +118,12 @@ std::string capture_time(const Tags& tags) {
   return time + tags.exif_text("Exif.Photo.OffsetTimeOriginal");
 }
 
+bool is_edited(const Tags& tags) {
+  const std::string written = tags.exif_text("Exif.Image.DateTime"),
+                    taken = tags.exif_text("Exif.Photo.DateTimeOriginal");
+  return !taken.empty() && written > taken;  // "2016:06:23 19:24:42": the order of the texts is that of the times
+}
+
 PhotoTags tags_of(const std::string& path, const Tags& tags) {
   PhotoTags t;
   t.file = path;
@@ -132,6 +142,7 @@ PhotoTags tags_of(const std::string& path, const Tags& tags) {
   t.tagged_width_px = tags.positive_exif("Exif.Photo.PixelXDimension");
   t.sensor_width_mm = sensor_width_mm(tags, t.tagged_width_px);
   t.capture_time = capture_time(tags);
+  t.edited = is_edited(tags);
   if (const std::optional<double> flag = tags.dji("RtkFlag")) t.rtk_flag = int(*flag);
   t.rtk_sigma_east_m = tags.dji("RtkStdLon");
   t.rtk_sigma_north_m = tags.dji("RtkStdLat");
@@ -139,10 +150,42 @@ PhotoTags tags_of(const std::string& path, const Tags& tags) {
   return t;
 }
 
+/// Keeps what is written to standard error while one lives, one thread at a time: libpng, libjpeg and OpenCV write
+/// there what is wrong with an image, besides returning it, and can only in part be told not to. Dropped unless
+/// `show` passes it on.
+class QuietDecoding {
+ public:
+  QuietDecoding() : lock_(mutex()), kept_(fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 0)), said_(memfd_create("said", 0)) {
+    if (kept_ >= 0 && said_ >= 0) dup2(said_, STDERR_FILENO);
+  }
+  ~QuietDecoding() {
+    if (kept_ >= 0) dup2(kept_, STDERR_FILENO);
+    for (const int file : {kept_, said_})
+      if (file >= 0) close(file);
+  }
+  QuietDecoding(const QuietDecoding&) = delete;
+  QuietDecoding& operator=(const QuietDecoding&) = delete;
+
+  /// Writes what was said so far, after the image's name.
+  void show(const std::string& path) const {
+    char text[512];
+    const ssize_t length = said_ < 0 ? 0 : pread(said_, text, sizeof text, 0);
+    if (length > 0 && kept_ >= 0) dprintf(kept_, "warning: %s: %.*s", path.c_str(), int(length), text);
+  }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex mutex;
+    return mutex;
+  }
+  const std::lock_guard<std::mutex> lock_;
+  const int kept_, said_;
+};
+
 void require_file(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
-    throw Error(ExitCode::kIo, path + ": the photograph cannot be opened: no such file or no permission");
+    throw Error(ExitCode::kIo, path + ": the image cannot be opened: no such file or no permission");
 }
 
 std::vector<std::string> missing_tags(const PhotoTags& t, bool camera_known) {
@@ -182,12 +225,14 @@ cv::Mat read_photo_pixels(const std::string& path) {
   require_file(path);
   cv::Mat image;
   try {
+    const QuietDecoding quiet;
     image = cv::imread(path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    if (!image.empty()) quiet.show(path);  // it is used: a truncated JPEG, say
   } catch (const cv::Exception& e) {
-    throw Error(ExitCode::kBadInput, path + ": the photograph cannot be decoded: " + e.err);
+    throw Error(ExitCode::kBadInput, path + ": the image cannot be decoded: " + e.err);
   }
   if (image.empty())
-    throw Error(ExitCode::kBadInput, path + ": the photograph cannot be decoded: not a JPEG, PNG or TIFF, or damaged");
+    throw Error(ExitCode::kBadInput, path + ": the image cannot be decoded: not a JPEG, PNG or TIFF, or damaged");
   cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
   return image;
 }

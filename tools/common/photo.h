@@ -26,7 +26,10 @@ struct PhotoTags {
   std::optional<double> calibrated_focal_length_px;  ///< at `tagged_width_px`
   std::optional<double> tagged_width_px;             ///< of the picture as taken; the file may have been shrunk since
   std::string capture_time;                          ///< ISO 8601, local unless it ends with an offset
-  std::optional<int> rtk_flag;                       ///< DJI: 0 none, 16 single point, 34 float, 50 fixed
+  /// A program wrote the file again after it was taken (DateTime later than DateTimeOriginal): it may have turned the
+  /// picture, and the attitude in the tags then belongs to another picture.
+  bool edited = false;
+  std::optional<int> rtk_flag;  ///< DJI: 0 none, 16 single point, 34 float, 50 fixed
   std::optional<double> rtk_sigma_east_m, rtk_sigma_north_m, rtk_sigma_up_m;
 };
 
@@ -35,7 +38,7 @@ struct PhotoTags {
 PhotoTags read_photo_tags(const std::string& path);
 
 /// H×W CV_8UC3 (red, green, blue), as the sensor lies: the orientation tag, which is for people, does not turn it.
-/// Throws Error(kIo) or Error(kBadInput).
+/// Serves any image of 8 bits. Throws Error(kIo) or Error(kBadInput).
 cv::Mat read_photo_pixels(const std::string& path);
 
 /// Throws Error(kBadInput) that lists every tag without which a photograph cannot be placed (position, relative

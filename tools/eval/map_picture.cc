@@ -4,20 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-
-#include "builder/error.h"
-#include "tools/common/files.h"
 
 namespace landfix::eval {
 namespace {
 
-constexpr int kShift = 4;  ///< fractional bits of OpenCV's drawing
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 const cv::Scalar kBackground(24, 24, 24);
-
-cv::Point fixed(cv::Point2d p) { return {cvRound(p.x * (1 << kShift)), cvRound(p.y * (1 << kShift))}; }
 
 void draw_mark(cv::Mat& picture, const LegendEntry& entry, cv::Point2d at) {
   const cv::Point2d half(9, 0);
@@ -40,26 +33,19 @@ MapPicture::MapPicture(const nav::MapSource& map, const ingest::GridBounds& boun
   px_per_m_ = size_px / std::max(width_m, height_m);
   const cv::Size size(std::max(1, cvRound(width_m * px_per_m_)), std::max(1, cvRound(height_m * px_per_m_)));
   pixels_ = cv::Mat(size, CV_8UC3, kBackground);
-  const auto [finest, coarsest] = map.gsd_range_m(nav::MapLayer::kGray);
-  if (finest <= 0) return;
-  double gsd = finest;
-  while (2 * gsd <= std::min(coarsest, 1 / px_per_m_)) gsd *= 2;
+  const std::pair<double, double> levels = map.gsd_range_m(nav::MapLayer::kGray);
+  if (levels.first <= 0) return;
+  const double gsd = tools::level_to_draw(levels, 1 / px_per_m_);
   features::GridImage window;
   if (map.read(nav::MapLayer::kGray, bounds.west_m, bounds.south_m, bounds.east_m, bounds.north_m, gsd, window) !=
       nav::Status::kOk)
     return;
-  cv::Mat shown, covered;
-  window.pixels.convertTo(shown, -1, 0.6, 10);  // what is drawn stands out on a darker map
-  cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
+  cv::Mat shown = tools::dimmed(window.pixels);
   if (!window.valid.empty()) shown.setTo(kBackground, window.valid == 0);
   const double scale = gsd * px_per_m_;
   const cv::Point2d corner = at(window.west_m, window.north_m);
   const cv::Matx23d place(scale, 0, corner.x + 0.5 * scale, 0, scale, corner.y + 0.5 * scale);
   cv::warpAffine(shown, pixels_, place, size, cv::INTER_LINEAR, cv::BORDER_CONSTANT, kBackground);
-}
-
-void draw_line(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness) {
-  cv::line(picture, fixed(a), fixed(b), colour, thickness, cv::LINE_AA, kShift);
 }
 
 void draw_dashed(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness) {
@@ -70,7 +56,9 @@ void draw_dashed(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scala
 }
 
 void draw_dot(cv::Mat& picture, cv::Point2d at, double radius_px, const cv::Scalar& colour) {
-  cv::circle(picture, fixed(at), cvRound(radius_px * (1 << kShift)), colour, cv::FILLED, cv::LINE_AA, kShift);
+  constexpr int kShift = 4;  // fractional bits
+  const cv::Point middle(cvRound(at.x * (1 << kShift)), cvRound(at.y * (1 << kShift)));
+  cv::circle(picture, middle, cvRound(radius_px * (1 << kShift)), colour, cv::FILLED, cv::LINE_AA, kShift);
 }
 
 void draw_cross(cv::Mat& picture, cv::Point2d at, double radius_px, const cv::Scalar& colour, int thickness) {
@@ -82,14 +70,11 @@ void draw_cross(cv::Mat& picture, cv::Point2d at, double radius_px, const cv::Sc
 }
 
 void draw_text(cv::Mat& picture, const std::string& text, cv::Point2d at, const cv::Scalar& colour, double scale) {
-  const cv::Point corner(cvRound(at.x), cvRound(at.y));
-  cv::putText(picture, text, corner, kFont, scale, kBackground, 3, cv::LINE_AA);
-  cv::putText(picture, text, corner, kFont, scale, colour, 1, cv::LINE_AA);
+  tools::draw_text(picture, text, at, {colour, kBackground, scale, 3});
 }
 
 void draw_scale_bar(cv::Mat& picture, double px_per_m) {
-  const double most_m = 0.25 * picture.cols / px_per_m, decade = std::pow(10, std::floor(std::log10(most_m)));
-  const double length_m = decade * (most_m >= 5 * decade ? 5 : most_m >= 2 * decade ? 2 : 1);
+  const double length_m = tools::round_length(0.25 * picture.cols / px_per_m);
   const cv::Point2d right(picture.cols - 14, picture.rows - 12), left = right - cv::Point2d(length_m * px_per_m, 0);
   draw_line(picture, left, right, kBackground, 5);
   draw_line(picture, left, right, kInk, 2);
@@ -126,13 +111,6 @@ cv::Mat tiled(const std::vector<cv::Mat>& pictures, int columns) {
     pictures[size_t(i)].copyTo(
         out(cv::Rect({(i % across) * (size.width + kGap), (i / across) * (size.height + kGap)}, size)));
   return out;
-}
-
-void write_png(const std::string& path, const cv::Mat& picture) {
-  tools::write_atomically(path, [&](const std::string& temporary) {
-    if (!cv::imwrite(temporary, picture))
-      throw Error(ExitCode::kIo, path + ": cannot be written; check free space and permissions");
-  });
 }
 
 }  // namespace landfix::eval

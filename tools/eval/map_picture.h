@@ -7,6 +7,7 @@
 
 #include "builder/ingest/bounds.h"
 #include "runtime/nav/map_source.h"
+#include "tools/common/drawing.h"
 
 namespace landfix::eval {
 
@@ -34,8 +35,7 @@ class MapPicture {
   cv::Mat pixels_;
 };
 
-/// Anti-aliased, with fractional ends.
-void draw_line(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness = 1);
+using tools::draw_line;
 /// The same in dashes.
 void draw_dashed(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness = 1);
 void draw_dot(cv::Mat& picture, cv::Point2d at, double radius_px, const cv::Scalar& colour);
@@ -59,8 +59,5 @@ cv::Mat with_legend(const cv::Mat& picture, const std::vector<LegendEntry>& entr
 
 /// Pictures of equal size beside and below each other.
 cv::Mat tiled(const std::vector<cv::Mat>& pictures, int columns);
-
-/// Writes a PNG whole or not at all. Throws Error(kIo).
-void write_png(const std::string& path, const cv::Mat& picture);
 
 }  // namespace landfix::eval

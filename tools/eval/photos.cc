@@ -16,7 +16,6 @@
 #include "tools/common/open_pack.h"
 #include "tools/common/photo.h"
 #include "tools/eval/camera_image.h"
-#include "tools/eval/edited.h"
 
 namespace landfix::eval {
 namespace {
@@ -141,12 +140,11 @@ void refuse(nav::Status status, PhotoResult& r) {
 }
 
 /// What the tags say. Throws Error(kBadInput) where they do not say enough.
-nav::Camera place_by_tags(const std::string& path, const tiles::Zone& zone, const PhotoOptions& o, cv::Size size,
+nav::Camera place_by_tags(const tools::PhotoTags& tags, const tiles::Zone& zone, const PhotoOptions& o, cv::Size size,
                           PhotoResult& r) {
-  const tools::PhotoTags tags = tools::read_photo_tags(path);
   tools::require_placeable(tags, o.camera.has_value());
   const tools::PhotoPose pose = tools::pose_from_tags(tags, zone);
-  const nav::Camera camera = o.camera ? fitted(*o.camera, size, path)
+  const nav::Camera camera = o.camera ? fitted(*o.camera, size, tags.file)
                                       : tools::camera_from_tags(tags, size.width, size.height, &r.camera_source);
   if (o.camera) r.camera_source = "camera model";
   r.tag_place = *tags.place;
@@ -204,11 +202,11 @@ PhotoResult register_photo(const Pack& pack, const std::string& pack_path, const
   r.name = std::filesystem::path(path).filename().string();
   cv::Mat image;
   nav::Camera camera;
-  bool edited = false;
+  tools::PhotoTags tags;
   try {
     image = tools::read_photo_pixels(path);
-    camera = place_by_tags(path, tools::zone_of(pack), o, image.size(), r);
-    edited = edited_since_capture(path);
+    tags = tools::read_photo_tags(path);
+    camera = place_by_tags(tags, tools::zone_of(pack), o, image.size(), r);
   } catch (const Error& e) {
     if (e.code() != ExitCode::kBadInput) throw;
     r.reason = e.what();
@@ -219,7 +217,7 @@ PhotoResult register_photo(const Pack& pack, const std::string& pack_path, const
   const nav::Terrain terrain = terrain_around(pack, pack_path, r.tag, reach_m);
   PhotoResult turned = r;
   register_picture(pack, terrain, image, camera, o, r);
-  if (edited) {
+  if (tags.edited) {
     cv::rotate(image, image, cv::ROTATE_180);
     turned.turned = true;
     register_picture(pack, terrain, image, camera, o, turned);

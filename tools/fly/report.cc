@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "builder/error.h"
+#include "tools/common/drawing.h"
 #include "tools/common/files.h"
 #include "tools/fly/summary.h"
 
@@ -93,9 +93,13 @@ Extent extent_of(const std::vector<Record>& records) {
 Canvas canvas_over(const Extent& e, const nav::MapSource& map, int size_px) {
   Canvas canvas;
   const double wanted_gsd = std::max(e.east - e.west, e.north - e.south) / size_px;
-  const auto [finest, coarsest] = map.gsd_range_m(nav::MapLayer::kGray);
-  double gsd = finest;
-  while (2 * gsd <= std::min(wanted_gsd, coarsest)) gsd *= 2;
+  const double gsd = tools::level_to_draw(map.gsd_range_m(nav::MapLayer::kGray), wanted_gsd);
+  if (gsd == 0) {  // a map of other layers: tracks on plain ground
+    canvas.window.west_m = e.west, canvas.window.north_m = e.north, canvas.window.gsd_m = wanted_gsd;
+    const cv::Size size(cvRound((e.east - e.west) / wanted_gsd), cvRound((e.north - e.south) / wanted_gsd));
+    canvas.picture = cv::Mat(size, CV_8UC3, cv::Scalar(24, 24, 24));
+    return canvas;
+  }
   const nav::Status status = map.read(nav::MapLayer::kGray, e.west, e.south, e.east, e.north, gsd, canvas.window);
   if (status != nav::Status::kOk) {
     throw Error(ExitCode::kNoData, std::string("picture of the tracks: ") + nav::to_text(status));
@@ -104,18 +108,8 @@ Canvas canvas_over(const Extent& e, const nav::MapSource& map, int size_px) {
   if (!canvas.window.valid.empty()) shown.setTo(128, canvas.window.valid == 0);
   canvas.scale = canvas.window.gsd_m / wanted_gsd;
   cv::resize(shown, shown, {}, canvas.scale, canvas.scale, canvas.scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
-  shown.convertTo(shown, -1, 0.6, 10);  // the tracks stand out on a darker map
-  cv::cvtColor(shown, canvas.picture, cv::COLOR_GRAY2BGR);
+  canvas.picture = tools::dimmed(shown);
   return canvas;
-}
-
-/// Lines with fractional ends.
-void draw_line(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness) {
-  constexpr int kShift = 4;
-  const auto fixed = [](cv::Point2d p) {
-    return cv::Point(cvRound(p.x * (1 << kShift)), cvRound(p.y * (1 << kShift)));
-  };
-  cv::line(picture, fixed(a), fixed(b), colour, thickness, cv::LINE_AA, kShift);
 }
 
 void draw_ellipse(Canvas& canvas, const nav::Estimate& estimate) {
@@ -129,18 +123,13 @@ void draw_ellipse(Canvas& canvas, const nav::Estimate& estimate) {
   cv::ellipse(canvas.picture, box, kEllipseColour, 1, cv::LINE_AA);
 }
 
-void draw_text(cv::Mat& picture, const std::string& text, cv::Point at) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.55, cv::Scalar(0, 0, 0), 4, cv::LINE_AA);
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.55, kInk, 1, cv::LINE_AA);
-}
-
 /// Where GNSS was heard last.
 void mark_cut(Canvas& canvas, const std::vector<Record>& records) {
   const auto cut = std::find_if(records.begin(), records.end(), [](const Record& r) { return !r.gnss; });
   if (cut == records.begin() || cut == records.end()) return;
   const cv::Point at = canvas.at(std::prev(cut)->truth.east_m, std::prev(cut)->truth.north_m);
   cv::circle(canvas.picture, at, 7, kInk, 2, cv::LINE_AA);
-  draw_text(canvas.picture, "GNSS cut", at + cv::Point(14, 5));
+  tools::draw_text(canvas.picture, "GNSS cut", at + cv::Point(14, 5));
 }
 
 void draw_legend(Canvas& canvas, const std::vector<Record>& records) {
@@ -153,19 +142,17 @@ void draw_legend(Canvas& canvas, const std::vector<Record>& records) {
   int y = 28;
   for (const auto& [text, colour] : entries) {
     cv::line(canvas.picture, {14, y - 5}, {44, y - 5}, colour, 3, cv::LINE_AA);
-    draw_text(canvas.picture, text, {54, y});
+    tools::draw_text(canvas.picture, text, cv::Point(54, y));
     y += 24;
   }
 }
 
 void draw_scale_bar(Canvas& canvas) {
-  const double wanted_m = 0.2 * canvas.picture.cols / canvas.px_per_m();
-  const double power = std::pow(10, std::floor(std::log10(wanted_m)));
-  const double length_m = power * (wanted_m / power >= 5 ? 5 : wanted_m / power >= 2 ? 2 : 1);
+  const double length_m = tools::round_length(0.2 * canvas.picture.cols / canvas.px_per_m());
   const int y = canvas.picture.rows - 22, left = 16, right = left + cvRound(length_m * canvas.px_per_m());
   cv::line(canvas.picture, {left, y}, {right, y}, kInk, 3);
   for (const int x : {left, right}) cv::line(canvas.picture, {x, y - 6}, {x, y + 6}, kInk, 2);
-  draw_text(canvas.picture, fmt::format("{:g} m", length_m), {right + 10, y + 6});
+  tools::draw_text(canvas.picture, fmt::format("{:g} m", length_m), cv::Point(right + 10, y + 6));
 }
 
 }  // namespace
@@ -190,26 +177,18 @@ cv::Mat draw_tracks(const std::vector<Record>& records, const nav::MapSource& ma
   }
   for (size_t i = 1; i < records.size(); ++i) {
     const Record &a = records[i - 1], &b = records[i];
-    draw_line(canvas.picture, canvas.at(a.truth.east_m, a.truth.north_m), canvas.at(b.truth.east_m, b.truth.north_m),
-              kTruthColour, 3);
+    tools::draw_line(canvas.picture, canvas.at(a.truth.east_m, a.truth.north_m),
+                     canvas.at(b.truth.east_m, b.truth.north_m), kTruthColour, 3);
     if (b.gnss) continue;
-    draw_line(canvas.picture, canvas.at(a.dead_reckoning_east_m, a.dead_reckoning_north_m),
-              canvas.at(b.dead_reckoning_east_m, b.dead_reckoning_north_m), kDeadReckoningColour, 2);
-    draw_line(canvas.picture, canvas.at(a.estimate.east_m, a.estimate.north_m),
-              canvas.at(b.estimate.east_m, b.estimate.north_m), kEstimateColour, 2);
+    tools::draw_line(canvas.picture, canvas.at(a.dead_reckoning_east_m, a.dead_reckoning_north_m),
+                     canvas.at(b.dead_reckoning_east_m, b.dead_reckoning_north_m), kDeadReckoningColour, 2);
+    tools::draw_line(canvas.picture, canvas.at(a.estimate.east_m, a.estimate.north_m),
+                     canvas.at(b.estimate.east_m, b.estimate.north_m), kEstimateColour, 2);
   }
   mark_cut(canvas, records);
   draw_legend(canvas, records);
   draw_scale_bar(canvas);
   return canvas.picture;
-}
-
-void write_picture(const std::filesystem::path& file, const cv::Mat& picture) {
-  tools::write_atomically(file.string(), [&](const std::string& temporary) {
-    if (!cv::imwrite(temporary, picture)) {
-      throw Error(ExitCode::kIo, file.string() + ": cannot be written; check free space and permissions");
-    }
-  });
 }
 
 }  // namespace landfix::fly

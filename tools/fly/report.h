@@ -19,7 +19,4 @@ void write_track_csv(const std::filesystem::path& file, const std::vector<Record
 /// CV_8UC3 in OpenCV's order (blue, green, red), longer side about `size_px`.
 cv::Mat draw_tracks(const std::vector<Record>& records, const nav::MapSource& map, int size_px = 1400);
 
-/// Writes a picture as PNG. Throws Error (kIo).
-void write_picture(const std::filesystem::path& file, const cv::Mat& picture);
-
 }  // namespace landfix::fly

@@ -32,7 +32,11 @@ Examples:
   landfix build 2009.tif 2018.tif --date 2009.tif=2009-08-18 --date 2018.tif=2018-07-16 -o farm.lfpack
       two capture dates: the newest that has data is shown
   landfix build cir.tif --bands cir.tif=nir,red,green --bbox 34.92,31.29,34.97,31.32 --gsd 0.5 -o part.lfpack
-  landfix build town.tif --codec gray=jpeg --jpeg-quality 85 -o small.lfpack
+  landfix build town.tif --codec gray=jpeg --jpeg-quality 85 -o part.lfpack
+  landfix build 2009.tif 2018.tif --date 2009.tif=2009-08-18 --date 2018.tif=2018-07-16 --set standard -o small.lfpack
+      about 1 MB/km2 at 1 m: what matching in flight needs, compressed; the runtime decodes it before the flight
+  landfix build 2009.tif 2018.tif --date 2009.tif=2009-08-18 --date 2018.tif=2018-07-16 --align -o farm.lfpack
+      the dates lie a constant shift apart (the build reports it): take it out before they are fused
 
 Beside an image, FILE.json may say {"date": "2018-07-16", "licence": "...", "attribution": "...",
 "bands": "red,green,blue,nir", "georegistration_error_m": 1.5}; the command line goes before it.
@@ -79,10 +83,11 @@ double number_of(const std::string& option, const std::string& text) {
   return value;
 }
 
-tiles::Codec codec_of(const std::string& name) {
-  for (const tiles::Codec codec : {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd, tiles::Codec::kContext})
+tiles::Codec codec_of(const std::string& layer, const std::string& name) {
+  for (const tiles::Codec codec :
+       {tiles::Codec::kRaw, tiles::Codec::kJpeg, tiles::Codec::kZstd, tiles::Codec::kContext})
     if (name == name_of(codec)) return codec;
-  throw Error(ExitCode::kUsage, fmt::format("--codec {}: expected raw, jpeg, zstd or context", name));
+  throw Error(ExitCode::kUsage, fmt::format("--codec {}={}: expected raw, jpeg, zstd or context", layer, name));
 }
 
 BuildOptions options_of(const CommandLine& line) {
@@ -102,7 +107,7 @@ BuildOptions options_of(const CommandLine& line) {
   }
   for (const std::string& text : line.codecs) {
     const auto [layer, codec] = split("--codec", text);
-    options.codecs[layer] = codec_of(codec);
+    options.codecs[layer] = codec_of(layer, codec);
   }
   if (!line.dem.empty()) options.elevation = ingest::SourceOptions{line.dem, {}, {}, line.dem_datum};
   if (line.dem.empty() && !line.dem_datum.empty())
@@ -162,9 +167,9 @@ void print(const std::string& output, const BuildSummary& s) {
     uint64_t tile_count = 0, bytes = 0;
     for (const LevelSummary& level : layer.levels) tile_count += level.tiles, bytes += level.bytes;
     if (layer.levels.empty())
-      fmt::print("  {:<10} {:<5} no data\n", layer.name, name_of(layer.codec));
+      fmt::print("  {:<11} {:<7} no data\n", layer.name, name_of(layer.codec));
     else
-      fmt::print("  {:<10} {:<5} {:>8} tiles {:>10.1f} MB   {} to {} m\n", layer.name, name_of(layer.codec), tile_count,
+      fmt::print("  {:<11} {:<7} {:>8} tiles {:>10.1f} MB   {} to {} m\n", layer.name, name_of(layer.codec), tile_count,
                  double(bytes) / 1e6, tiles::gsd_of(layer.levels.front().level),
                  tiles::gsd_of(layer.levels.back().level));
   }

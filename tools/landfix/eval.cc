@@ -10,6 +10,7 @@
 #include "builder/error.h"
 #include "runtime/nav/pack_map.h"
 #include "tools/common/camera_model.h"
+#include "tools/common/drawing.h"
 #include "tools/common/files.h"
 #include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
@@ -117,7 +118,7 @@ void run_register(RegisterArguments a) {
   }
   const std::vector<eval::MatcherReport> reports = eval::report(trials);
   if (!a.output.samples_csv.empty()) write_text(a.output.samples_csv, eval::to_csv(trials));
-  if (!a.output.picture.empty()) eval::write_png(a.output.picture, draw_registration(trials, nav::PackMap(pack)));
+  if (!a.output.picture.empty()) write_picture(a.output.picture, draw_registration(trials, nav::PackMap(pack)));
   write_results(a.output, eval::to_text(reports),
                 {{"map", std::filesystem::path(a.map).filename().string()},
                  {"cameras", cameras},
@@ -172,7 +173,7 @@ void run_photos(PhotosArguments a) {
   const eval::MapFrame frame = frame_of(pack, a.map);
   prepare_rasters(pack, a.map);
   const std::vector<eval::PhotoResult> photos = eval::register_photos(pack, a.map, a.photos, a.options);
-  if (!a.output.picture.empty()) eval::write_png(a.output.picture, draw_photos(photos, nav::PackMap(pack)));
+  if (!a.output.picture.empty()) write_picture(a.output.picture, draw_photos(photos, nav::PackMap(pack)));
   ordered_json json = {{"map", std::filesystem::path(a.map).filename().string()},
                        {"options",
                         {{"prior_sigma_m", a.options.prior_sigma_m},
@@ -186,8 +187,10 @@ void run_photos(PhotosArguments a) {
 }
 
 void add_output(CLI::App& command, Output& o) {
-  command.add_flag("--json{-}", o.json_file,
-                   "All figures as JSON instead of the table; --json=FILE writes them to a file, besides the table");
+  command
+      .add_flag("--json{-}", o.json_file,
+                "All figures as JSON instead of the table; with a file they go there, besides the table")
+      ->type_name("FILE");
 }
 
 void add_samples(CLI::App& command, Output& o) {
@@ -347,6 +350,17 @@ Examples:
 void add_eval(CLI::App& app) {
   CLI::App* sub = app.add_subcommand("eval", "Measure how well images register with a map");
   sub->require_subcommand(1);
+  sub->footer(R"(
+Examples:
+  landfix eval register --map area.lfpack --camera 2018.tif
+      parts of an orthophoto that did not go into the map, as the camera
+  landfix eval pairs --a spring --b autumn --gsd-m 2
+      images of the same places at two dates, without a map
+  landfix eval photos --map park.lfpack DJI_*.JPG --picture park.png
+      photographs with position and attitude in their tags
+
+'landfix eval COMMAND --help' shows a command's options.
+)");
   add_register(*sub);
   add_pairs(*sub);
   add_photos(*sub);

@@ -8,6 +8,7 @@
 #include "builder/error.h"
 #include "builder/ingest/image_set.h"
 #include "runtime/nav/pack_map.h"
+#include "tools/common/drawing.h"
 #include "tools/common/files.h"
 #include "tools/common/open_pack.h"
 #include "tools/fly/flight.h"
@@ -164,7 +165,7 @@ fly::FrameSink frame_sink(const std::filesystem::path& folder, int count, double
   std::filesystem::create_directories(folder);
   const size_t every = std::max<size_t>(1, size_t(images / count));
   return [folder, every](size_t index, const fly::Record&, const cv::Mat& picture) {
-    if (index % every == 0) fly::write_picture(folder / fmt::format("frame_{:04}.png", index), picture);
+    if (index % every == 0) write_picture(folder / fmt::format("frame_{:04}.png", index), picture);
   };
 }
 
@@ -184,7 +185,7 @@ std::vector<std::vector<fly::Record>> fly_all(const Arguments& a, const Mission&
     fmt::print(stderr, "flight {} of {}: RMS {:.2f} m, largest {:.2f} m, {} fixes from {} images{}\n", run + 1, a.runs,
                s.rms_m, s.max_m, s.fixes, s.images, failures_of(flights.back()));
   }
-  fly::write_picture(folder / "tracks.png", fly::draw_tracks(flights.front(), map));
+  write_picture(folder / "tracks.png", fly::draw_tracks(flights.front(), map));
   return flights;
 }
 

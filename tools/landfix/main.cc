@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <new>
 #include <system_error>
 
@@ -35,9 +36,26 @@ void add_all(CLI::App& app) {
   landfix::tools::add_eval(app);
 }
 
+/// Options as `--json[=FILE]` where a value may follow; CLI11 shows the value that stands for none instead.
+struct HelpFormatter : CLI::Formatter {
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    const std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    return has_default(name) ? fmt::format("{}[={}]", name.substr(0, name.find('{')), option->get_type_name()) : name;
+  }
+  std::string make_option_opts(const CLI::Option* option) const override {
+    return has_default(option->get_name(false, true)) ? "" : CLI::Formatter::make_option_opts(option);
+  }
+
+ private:
+  static bool has_default(const std::string& name) { return name.find('{') != std::string::npos; }
+};
+
 std::string usage_message(const CLI::App* app, const CLI::Error& e) {
   std::string command = "landfix";
-  for (const CLI::App* chosen : app->get_subcommands()) command += " " + chosen->get_name();
+  for (const CLI::App* at = app; !at->get_subcommands().empty();) {
+    at = at->get_subcommands().front();
+    command += " " + at->get_name();
+  }
   return fmt::format("landfix: {}; '{} --help' shows how to use it\n", e.what(), command);
 }
 
@@ -56,8 +74,9 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("landfix"));
   spdlog::set_pattern("%^%l%$: %v");
 
-  CLI::App app{"Map packs for navigation without GNSS: build, inspect, sign, fly."};
+  CLI::App app{"Map packs for navigation without GNSS: build, inspect, sign, fly, evaluate."};
   app.name("landfix");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", "landfix " LANDFIX_VERSION);
   app.failure_message(usage_message);
   app.footer(
