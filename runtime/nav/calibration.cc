@@ -27,10 +27,13 @@ double logistic(double x) { return std::clamp(1 / (1 + std::exp(-x)), 1 - kMostC
 }  // namespace
 
 double probability_of(Method method, const Evidence& e) {
-  const double(&c)[4] = kCalibration[size_t(method)];
-  const double gap = std::max(e.gap, 0.0),
-               significance = std::min(gap / std::max(e.spread, 1e-6), kLargestSignificance);
-  const double p = logistic(c[0] + c[1] * gap + c[2] * significance + c[3] * std::log(std::max(e.sigma_px, 0.1)));
+  const double(&c)[6] = kCalibration[size_t(method)];
+  const double gap = std::max(e.gap, 0.0), spread = std::max(e.spread, 1e-6),
+               significance = std::min(gap / spread, kLargestSignificance),
+               height = std::clamp(e.value / spread, 0.0, kLargestHeight);
+  const double p =
+      logistic(c[0] + c[1] * gap + c[2] * significance + c[3] * height -
+               c[4] * std::log(std::max(e.similarities, 1.0)) + c[5] * std::log(std::max(e.sigma_px, 0.1)));
   // However sharp the peak: where a rival is as high, it is at best even.
   return std::min(p, 1 - 0.5 * std::exp(-kDecision * significance));
 }

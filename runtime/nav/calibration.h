@@ -20,6 +20,7 @@ struct Evidence {
   double spread = 1;              ///< standard deviation of the scores outside of the main lobe
   double sigma_px = 1;            ///< the peak's standard deviation where it is widest, in pixels of the finest level
   double independent_pixels = 0;  ///< of the patch, for the likelihood
+  double similarities = 1;        ///< rotations and scales searched: the more there are, the better one fits by chance
 };
 
 /// Probability within (0, 1) that a match is true.

@@ -12,12 +12,13 @@ namespace {
 using features::GridImage;
 
 constexpr int kMainLobePx = 8;         ///< around the peak: the features' own correlation, no rival
-constexpr size_t kPreciseMatches = 3;  ///< similarities that are looked at precisely, of all that were tried
+constexpr size_t kPreciseMatches = 2;  ///< similarities that are looked at precisely, of all that were tried
 constexpr size_t kCandidates = 4;      ///< peaks of the search that are followed to finer levels
 constexpr int kLeastRankedPx = 64;     ///< side of a patch by which similarities are chosen on a coarser level
 constexpr double kHopeless = 0.75;     ///< of the highest peak's value: lower ones are not followed
 constexpr int kRefineRadiusPx = 3;     ///< around where the coarser level saw it
 constexpr int kFinishRadiusPx = 2;     ///< around where the finest level saw it
+constexpr int kMostMoves = 3;          ///< half steps of rotation and scale from where the coarser level saw them
 constexpr double kStepPx = 2;          ///< that a step of rotation or scale moves the patch's edge, in the search
 constexpr double kLeastIndependentPixels = 30;  ///< with fewer, one of a thousand places fits by chance
 constexpr int kEnoughPlaces = 200;       ///< outside of the main lobe, to know rivals by: as many as it has itself
@@ -72,10 +73,9 @@ struct Candidate {
   Similarity similarity;
 };
 
-/// Of values at −1, 0 and 1; within ±`reach`.
-double parabola_top(double left, double middle, double right, double reach) {
+double parabola_top(double left, double middle, double right) {
   const double curvature = left - 2 * middle + right;
-  return curvature < 0 ? std::clamp(0.5 * (left - right) / curvature, -reach, reach) : 0;
+  return curvature < 0 ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5) : 0;
 }
 
 /// Second derivative of the log likelihood −N/2·log(1 − c²) by a parameter of which c has this curvature at its peak.
@@ -404,6 +404,7 @@ Status Registrar::State::search(Level& level, const RegistrationPrior& prior, Re
   std::vector<Similarity> similarities;
   if (const Status s = match_all(level, prior, out.surface, which, similarities); s != Status::kOk) return s;
   out.evidence.independent_pixels = independent_pixels;
+  out.evidence.similarities = double(level.steps.count());
   out.gsd_m = level.patch.gsd_m;
   candidates = highest_peaks(out.surface, kCandidates);
   if (candidates.empty()) return Status::kOutsideMap;
@@ -484,45 +485,52 @@ Status Registrar::State::finish(Level& finest, const Candidate& best, const Regi
     return value;
   };
   const double independent = out.evidence.independent_pixels;
-  const double start = best.value + penalty(best.similarity);
-  const auto refine_parameter = [&](double step, double& parameter, double& sigma, auto&& at) {
-    const double left = value_at(at(-step)), middle = start, right = value_at(at(step));
-    parameter += step * parabola_top(left, middle, right, 1);  // the level above saw it within a step
+  Similarity at = best.similarity;  // on the grid of half steps
+  double middle = best.value + penalty(at);
+  const auto refine_parameter = [&](double Similarity::*parameter, double step, double& sigma) {
+    const auto value_beside = [&](double d) {
+      Similarity trial = at;
+      trial.*parameter += d;
+      return value_at(trial);
+    };
+    double left = value_beside(-step), right = value_beside(step);
+    for (int moves = 0; moves < kMostMoves && std::max(left, right) > middle; ++moves) {
+      const bool up = right > left;
+      at.*parameter += up ? step : -step;
+      (up ? left : right) = middle;
+      middle = up ? right : left;
+      (up ? right : left) = value_beside(up ? step : -step);
+    }
+    out.similarity.*parameter = at.*parameter + step * parabola_top(left, middle, right);
     const double info = information(independent, middle, (left - 2 * middle + right) / (step * step));
     sigma = std::min(sigma, std::sqrt(variance_factor(out.method) / std::max(info, 1e-12) + step * step / 16));
   };
   if (finest.steps.rotations > 0)
-    refine_parameter(0.5 * finest.steps.rotation_rad, out.similarity.rotation_rad, out.rotation_sigma_rad,
-                     [&](double d) {
-                       return Similarity{best.similarity.rotation_rad + d, best.similarity.scale};
-                     });
-  if (finest.steps.scales > 0)
-    refine_parameter(0.5 * finest.steps.scale, out.similarity.scale, out.scale_sigma, [&](double d) {
-      return Similarity{best.similarity.rotation_rad, best.similarity.scale + d};
-    });
+    refine_parameter(&Similarity::rotation_rad, 0.5 * finest.steps.rotation_rad, out.rotation_sigma_rad);
+  if (finest.steps.scales > 0) refine_parameter(&Similarity::scale, 0.5 * finest.steps.scale, out.scale_sigma);
 
   if (const Status s = finest.nearby().match(out.similarity, finest.surface); s != Status::kOk) return s;
   const cv::Mat& c = finest.surface.pixels;
   cv::Point top;
   double value;
   cv::minMaxLoc(c, nullptr, &value, nullptr, &top, finest.surface.valid);
-  const cv::Point middle(std::clamp(top.x, 1, c.cols - 2), std::clamp(top.y, 1, c.rows - 2));
-  const auto at = [&](int dx, int dy) { return double(c.at<float>(middle.y + dy, middle.x + dx)); };
+  const cv::Point centre(std::clamp(top.x, 1, c.cols - 2), std::clamp(top.y, 1, c.rows - 2));
+  const auto score = [&](int dx, int dy) { return double(c.at<float>(centre.y + dy, centre.x + dx)); };
   double column = top.x, row = top.y;
-  if (top == middle) {
-    column += parabola_top(at(-1, 0), value, at(1, 0), 0.5);
-    row += parabola_top(at(0, -1), value, at(0, 1), 0.5);
+  if (top == centre) {
+    column += parabola_top(score(-1, 0), value, score(1, 0));
+    row += parabola_top(score(0, -1), value, score(0, 1));
   }
   out.peak.east_m = finest.surface.west_m + (column + 0.5) * gsd;
   out.peak.north_m = finest.surface.north_m - (row + 0.5) * gsd;
-  const double g2 = gsd * gsd, en = -(at(1, 1) - at(-1, 1) - at(1, -1) + at(-1, -1)) / 4;  // rows run south
+  const double g2 = gsd * gsd, en = -(score(1, 1) - score(-1, 1) - score(1, -1) + score(-1, -1)) / 4;  // rows run south
   const double scale =
       independent * std::clamp(value, 0.05, 0.95) / (1 - std::min(value, 0.95) * std::min(value, 0.95));
   // By least squares over all nine: of three alone, a sharp crest that runs aslant would look like a summit.
   double ee = 0, nn = 0;
   for (int k = -1; k <= 1; ++k) {
-    ee += (2 * at(0, k) - at(-1, k) - at(1, k)) / 3;
-    nn += (2 * at(k, 0) - at(k, -1) - at(k, 1)) / 3;
+    ee += (2 * score(0, k) - score(-1, k) - score(1, k)) / 3;
+    nn += (2 * score(k, 0) - score(k, -1) - score(k, 1)) / 3;
   }
   const double per_m2 = scale / (g2 * variance_factor(out.method));
   out.covariance_m2 = bounded_inverse(per_m2 * ee, -per_m2 * en, per_m2 * nn, kPixelSigma * kPixelSigma * g2,

@@ -3,11 +3,14 @@
 
 Usage: fit.py SAMPLES.csv.gz... > runtime/nav/calibration_table.h      (needs NumPy)
 
-Per method a logistic regression on the gap, on its significance (gap over the spread of the scores), slopes not negative,
-and on the logarithm of the peak's standard deviation. The height of the peak and the size of the template were tried: they
-fit the samples better, and other places worse. Every file weighs the same, whatever its length. Above the standard gate
-no file has more than 1 % of false matches by orientation; the strict gate demands twenty times its odds. More caution
-in the standard gate, twice the odds, was tried: it refuses a tenth of the true fixes to prevent one false of three.
+Per method a logistic regression on the gap, on its significance (gap over the spread of the scores), on that of the peak
+itself, on the number of rotations and scales searched, slopes of a known sign, and on the logarithm of the peak's standard
+deviation. The size of the template was tried: it
+fits the samples better, and other places worse. Every file weighs the same, whatever its length; elsewhere.csv.gz, whose
+images show another place than is searched, takes no part in the fit.
+
+Above the standard gate no file has more than 1 % of false matches by orientation, if one image in twenty more shows a place
+that is not in the region searched. The strict gate demands twenty times its odds.
 """
 import csv
 import gzip
@@ -17,6 +20,8 @@ import numpy as np
 
 METHODS = ("gray", "edge", "contour", "orientation")
 LARGEST_SIGNIFICANCE = 12
+LARGEST_HEIGHT = 20
+ELSEWHERE = 0.05
 DECISION = 2
 RIDGE = 1e-3
 
@@ -27,10 +32,11 @@ def read(path):
 
 
 def features(rows):
-    gap, spread, sigma = (np.array([float(r[k]) for r in rows]) for k in ("gap", "spread", "sigma_px"))
-    gap = np.maximum(gap, 0)
-    significance = np.minimum(gap / np.maximum(spread, 1e-6), LARGEST_SIGNIFICANCE)
-    return np.stack([np.ones_like(gap), gap, significance, np.log(np.maximum(sigma, 0.1))], axis=1)
+    value, gap, spread, sigma, similarities = (np.array([float(r[k]) for r in rows]) for k in ("value", "gap", "spread", "sigma_px", "similarities"))
+    gap, spread = np.maximum(gap, 0), np.maximum(spread, 1e-6)
+    significance = np.minimum(gap / spread, LARGEST_SIGNIFICANCE)
+    height = np.clip(value / spread, 0, LARGEST_HEIGHT)
+    return np.stack([np.ones_like(gap), gap, significance, height, -np.log(similarities), np.log(np.maximum(sigma, 0.1))], axis=1)
 
 
 def logistic(x):
@@ -80,12 +86,14 @@ def report(name, p, y):
           f"  ECE {error:.3f}", file=sys.stderr)
 
 
-def threshold(parts, allowed):
-    """Lowest probability above which no file has a larger share of false matches than allowed."""
+def threshold(parts, elsewhere, allowed):
+    """Lowest probability above which no file, with its share of images from elsewhere, has more false matches than allowed."""
     lowest = 0
-    for p, y in parts:
+    for part in parts:
+        p, y = (np.concatenate(both) for both in zip(part, elsewhere))
+        weights = np.concatenate([np.full(len(part[0]), 1 / len(part[0])), np.full(len(elsewhere[0]), ELSEWHERE / len(elsewhere[0]))])
         order = np.argsort(-p)
-        false = np.cumsum(1 - y[order]) / np.arange(1, len(y) + 1)
+        false = np.cumsum((weights * (1 - y))[order]) / np.cumsum(weights[order])
         kept = np.nonzero(false <= allowed)[0]
         lowest = max(lowest, p[order][kept.max()] if len(kept) else 1)
     return lowest
@@ -96,28 +104,29 @@ def with_odds(p, factor):
 
 
 def main(paths):
-    data = [read(path) for path in paths]
-    table, parts = {}, []
+    data = {path.split("/")[-1].split(".")[0]: read(path) for path in paths}
+    table, parts = {}, {}
     for method in METHODS:
-        rows = [[r for r in file if r["matcher"] == method] for file in data]
-        x, y = features(sum(rows, [])), np.array([float(r["hit"]) for r in sum(rows, [])])
-        table[method] = fit(x, y, weights_of([len(r) for r in rows]), (1, 2))
-        for path, file in zip(paths, rows):
-            if not file:
-                continue
-            p, truth = probability(features(file), table[method]), np.array([float(r["hit"]) for r in file])
-            report(f"{method} {path.split('/')[-1]}", p, truth)
-            if method == "orientation":
-                parts.append((p, truth))
+        rows = {name: [r for r in file if r["matcher"] == method] for name, file in data.items()}
+        x = {name: features(file) for name, file in rows.items() if file}
+        y = {name: np.array([float(r["hit"]) for r in rows[name]]) for name in x}
+        fitted = [name for name in x if name != "elsewhere"]
+        table[method] = fit(np.concatenate([x[n] for n in fitted]), np.concatenate([y[n] for n in fitted]),
+                            weights_of([len(y[n]) for n in fitted]), (1, 2, 3, 4))
+        parts[method] = {name: (probability(x[name], table[method]), y[name]) for name in x}
+        for name, (p, truth) in parts[method].items():
+            report(f"{method} {name}", p, truth)
     print("// Written by tools/calibrate/fit.py; not to be edited.")
     print("#pragma once\n\nnamespace landfix::nav {\n")
-    print("/// Logistic regression on (1, gap, gap / spread, log sigma_px), by Method.")
-    print("inline constexpr double kCalibration[4][4] = {")
-    for method in METHODS:
-        print("    {" + ", ".join(f"{b:.6g}" for b in table[method]) + f"}},  // {method}")
+    print("/// Logistic regression on (1, gap, gap / spread, value / spread, -log similarities, log sigma_px), by Method.")
+    print("inline constexpr double kCalibration[4][6] = {")
+    rows = ["    {" + ", ".join(f"{b:.6g}" for b in table[method]) + "}," for method in METHODS]
+    for method, row in zip(METHODS, rows):
+        print(f"{row:{max(map(len, rows))}s}  // {method}")
     print("};")
-    print(f"inline constexpr double kLargestSignificance = {LARGEST_SIGNIFICANCE};")
-    standard = threshold(parts, 0.01)
+    print(f"inline constexpr double kLargestSignificance = {LARGEST_SIGNIFICANCE}, kLargestHeight = {LARGEST_HEIGHT};")
+    by_orientation = parts["orientation"]
+    standard = threshold([part for name, part in by_orientation.items() if name != "elsewhere"], by_orientation["elsewhere"], 0.01)
     print(f"inline constexpr double kStandardThreshold = {standard:.4f};")
     print(f"inline constexpr double kStrictThreshold = {with_odds(standard, 20):.5f};")
     print("\n}  // namespace landfix::nav")

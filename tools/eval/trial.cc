@@ -105,7 +105,8 @@ std::string_view word_of(nav::Status status) {
 
 std::string trial_csv_header() {
   return "camera,matcher,seed,east_m,north_m,rotation_error_deg,scale_error,status,method,hit,error_m,error_east_m,"
-         "error_north_m,value,gap,spread,sigma_px,independent_pixels,similarities,probability,covariance_ee_m2,covariance_en_m2,"
+         "error_north_m,value,gap,spread,sigma_px,independent_pixels,similarities,probability,covariance_ee_m2,"
+         "covariance_en_m2,"
          "covariance_nn_m2,rotation_found_deg,scale_found,block,ms\n";
 }
 
@@ -115,11 +116,12 @@ std::string trial_csv_line(const std::string& matcher, const Trial& t) {
   std::string line =
       fmt::format("{},{},{},{:.3f},{:.3f},{:.4f},{:.5f},{},", q.camera, matcher, q.seed_index, q.east_m, q.north_m,
                   q.similarity.rotation_rad * kDegrees, q.similarity.scale - 1, word_of(t.status));
-  if (!t.answered()) return line + ",0," + std::string(14, ',') + fmt::format("{:x},{:.3f}\n", q.block, t.milliseconds);
+  if (!t.answered()) return line + ",0," + std::string(15, ',') + fmt::format("{:x},{:.3f}\n", q.block, t.milliseconds);
   line += fmt::format("{},{:d},{:.3f},{:.3f},{:.3f},", nav::name_of(t.method), t.hit(), t.error_m(),
                       t.east_m - q.east_m, t.north_m - q.north_m);
-  line += fmt::format("{:.6f},{:.6f},{:.6f},{:.4f},{:.2f},{:.0f},{:.6f},", t.evidence.value, t.evidence.gap, t.evidence.spread,
-                      t.evidence.sigma_px, t.evidence.independent_pixels, t.evidence.similarities, t.probability);
+  line += fmt::format("{:.6f},{:.6f},{:.6f},{:.4f},{:.2f},{:.0f},{:.6f},", t.evidence.value, t.evidence.gap,
+                      t.evidence.spread, t.evidence.sigma_px, t.evidence.independent_pixels, t.evidence.similarities,
+                      t.probability);
   line += fmt::format("{:.5f},{:.5f},{:.5f},{:.4f},{:.5f},{:x},{:.3f}\n", t.covariance_m2[0],
                       0.5 * (t.covariance_m2[1] + t.covariance_m2[2]), t.covariance_m2[3],
                       t.similarity.rotation_rad * kDegrees, t.similarity.scale - 1, q.block, t.milliseconds);
