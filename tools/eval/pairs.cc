@@ -10,8 +10,8 @@
 #include <set>
 
 #include "builder/error.h"
-#include "tools/common/photo.h"
 #include "runtime/nav/image_map.h"
+#include "tools/common/photo.h"
 
 namespace landfix::eval {
 namespace {
