@@ -317,6 +317,8 @@ const char* name_of(tiles::Codec codec) {
       return "zstd";
     case tiles::Codec::kContext:
       return "context";
+    case tiles::Codec::kVector:
+      return "vector";
   }
   return "";
 }

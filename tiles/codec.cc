@@ -157,6 +157,8 @@ std::vector<uint8_t> encode(Codec codec, const TileFormat& f, std::span<const ui
       return f.type != PixelType::kI16 ? zstd_compress(pixels, options.zstd_level) : std::vector<uint8_t>{};
     case Codec::kContext:
       return planes_serve(f) ? encode_planes(pixels) : std::vector<uint8_t>{};
+    case Codec::kVector:
+      break;
   }
   return {};
 }
@@ -180,6 +182,8 @@ bool decode(Codec codec, const TileFormat& f, std::span<const uint8_t> data, std
     }
     case Codec::kContext:
       return planes_serve(f) && decode_planes(data, out);
+    case Codec::kVector:
+      break;
   }
   return false;
 } catch (const std::bad_alloc&) {

@@ -13,7 +13,8 @@ enum class Codec : uint8_t {
   kRaw = 0,
   kJpeg = 1,
   kZstd = 2,
-  kContext = 3  ///< of kBit alone: see tiles/context_codec.h
+  kContext = 3,  ///< of kBit alone: see tiles/context_codec.h
+  kVector = 4    ///< of vector layers alone, which have no pixels: see tiles/landmark.h and tiles/road.h
 };
 enum class PixelType : uint8_t { kU8 = 0, kI16 = 1, kBit = 2 };
 

@@ -13,6 +13,14 @@ struct Form {
   double at(double x, double y) const { return (a * x + 2 * b * y) * x + c * y * y; }
 };
 
+Form form_of(const Ellipse& e) {
+  const auto& [ee, en, nn] = e.covariance;
+  const double determinant = std::max(0.0, ee * nn - en * en);
+  // A line segment's form would vanish along it everywhere; a floor of a millimetre keeps its width.
+  const double floor_m2 = 1e-6;
+  return {nn + floor_m2, -en, ee + floor_m2, e.k * e.k * (determinant + floor_m2 * (ee + nn))};
+}
+
 double least_on_vertical(const Form& f, double x, double y0, double y1) {
   const double y = f.c > 0 ? std::clamp(-f.b * x / f.c, y0, y1) : y0;
   return std::min({f.at(x, y), f.at(x, y0), f.at(x, y1)});
@@ -53,13 +61,24 @@ bool touches(const Ellipse& e, const TileIndex& t) {
   const double half_e = e.k * std::sqrt(ee), half_n = e.k * std::sqrt(nn);
   if (x0 > half_e || x1 < -half_e || y0 > half_n || y1 < -half_n) return false;
   if (x0 <= 0 && x1 >= 0 && y0 <= 0 && y1 >= 0) return true;
-  const double determinant = std::max(0.0, ee * nn - en * en);
-  // A line segment's form would vanish along it everywhere; a floor of a millimetre keeps its width.
-  const double floor_m2 = 1e-6;
-  const Form f{nn + floor_m2, -en, ee + floor_m2, e.k * e.k * (determinant + floor_m2 * (ee + nn))};
+  const Form f = form_of(e);
   const double least = std::min({least_on_vertical(f, x0, y0, y1), least_on_vertical(f, x1, y0, y1),
                                  least_on_horizontal(f, y0, x0, x1), least_on_horizontal(f, y1, x0, x1)});
   return least <= f.limit;
+}
+
+bool contains(const Ellipse& e, double east_m, double north_m) {
+  const Form f = form_of(e);
+  return f.at(east_m - e.east_m, north_m - e.north_m) <= f.limit;
+}
+
+bool touches_line(const Ellipse& e, double east0_m, double north0_m, double east1_m, double north1_m) {
+  const Form f = form_of(e);
+  const double x = east0_m - e.east_m, y = north0_m - e.north_m, dx = east1_m - east0_m, dy = north1_m - north0_m;
+  // Along the line the form is a parabola in t.
+  const double curvature = f.at(dx, dy), slope = f.a * x * dx + f.b * (x * dy + y * dx) + f.c * y * dy;
+  const double t = curvature > 0 ? std::clamp(-slope / curvature, 0.0, 1.0) : 0;
+  return f.at(x + t * dx, y + t * dy) <= f.limit;
 }
 
 }  // namespace landfix::tiles

@@ -30,4 +30,10 @@ std::optional<PixelRect> bounding_pixels(const Ellipse& ellipse, int level);
 /// Whether the ellipse and the (closed) tile have a point in common. `ellipse` must be valid.
 bool touches(const Ellipse& ellipse, const TileIndex& tile);
 
+/// Whether the ellipse, which must be valid, contains a point.
+bool contains(const Ellipse& ellipse, double east_m, double north_m);
+
+/// Whether the ellipse, which must be valid, and the straight line between two points have a point in common.
+bool touches_line(const Ellipse& ellipse, double east0_m, double north0_m, double east1_m, double north1_m);
+
 }  // namespace landfix::tiles

@@ -30,7 +30,7 @@ std::vector<uint8_t> bytes_of_hex(const std::string& text) {
 Offset<schema::Layer> encode_layer(FlatBufferBuilder& builder, const PackLayer& layer, uint32_t& next_block) {
   std::vector<Offset<schema::Level>> levels;
   for (const PackLevel& level : layer.levels) {
-    if (level.tiles.empty()) continue;
+    if (level.tiles.empty() && layer.content == VectorContent::kNone) continue;
     const auto blocks = uint32_t(blocks_for(level.tiles.size()));
     levels.push_back(
         schema::CreateLevel(builder, int8_t(level.level), next_block, blocks, uint32_t(level.tiles.size())));
@@ -39,6 +39,9 @@ Offset<schema::Layer> encode_layer(FlatBufferBuilder& builder, const PackLayer& 
   const auto level_vector = builder.CreateVector(levels);
   const auto name = builder.CreateString(layer.name);
   const auto description = text_or_none(builder, layer.description);
+  if (layer.content != VectorContent::kNone)
+    return schema::CreateLayer(builder, name, schema::LayerKind::Vector, {}, 1, 0, level_vector, description,
+                               schema::VectorContent(uint8_t(layer.content)));
   return schema::CreateLayer(builder, name, schema::LayerKind::Raster, schema::PixelType(uint8_t(layer.format.type)),
                              layer.format.channels, layer.format.nodata, level_vector, description);
 }

@@ -25,11 +25,16 @@ struct PackLevel {
   std::vector<schema::TileRecord> tiles;  ///< strictly ascending keys; `offset` is for ReadTile alone
 };
 
+/// Values as in the file.
+enum class VectorContent : uint8_t { kNone = 0, kLandmarks = 1, kRoads = 2 };
+
 struct PackLayer {
   std::string name;
   std::string description;
-  tiles::TileFormat format;
-  std::vector<PackLevel> levels;  ///< finest first; levels without tiles are left out of the pack
+  tiles::TileFormat format;       ///< of raster layers
+  std::vector<PackLevel> levels;  ///< finest first; raster levels without tiles are left out of the pack
+  /// Other than kNone: a vector layer, with the one level kVectorLevel (builder/export/vector_layers.h makes them).
+  VectorContent content = VectorContent::kNone;
 };
 
 enum class SourceRole : uint8_t { kImage = 0, kElevation = 1, kVector = 2 };

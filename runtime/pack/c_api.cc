@@ -76,8 +76,9 @@ const char* lf_status_text(lf_status status) {
     case LF_REGION_TOO_LARGE:
       return "the region has too many pixels; ask for a smaller one or a coarser GSD";
     case LF_WRONG_TYPE:
-      return "the layer's pixels are of another type: pixels, heights and bit planes are read with a call of their own "
-             "each";
+      return "the layer's pixels are of another type: pixels, heights, bit planes, landmarks and roads are read with a "
+             "call "
+             "of their own each";
     case LF_END:
       return "no more tiles";
   }
@@ -137,7 +138,7 @@ lf_status lf_find_layer(const lf_pack* pack, const char* name, uint32_t* layer) 
 lf_status lf_get_layer(const lf_pack* pack, uint32_t layer, lf_layer_info* info) {
   if (pack == nullptr || info == nullptr || layer >= pack->layer_count) return LF_INVALID_ARGUMENT;
   const auto& l = pack->layers[layer];
-  *info = {l.name, l.description, uint8_t(l.format.type), l.format.channels, l.format.nodata, l.level_count};
+  *info = {l.name, l.description, uint8_t(l.type), l.format.channels, l.format.nodata, l.level_count};
   return LF_OK;
 }
 
@@ -244,6 +245,30 @@ lf_status lf_next_tile(const lf_pack* pack, const lf_region* region, const lf_el
 lf_status lf_prepare(const lf_pack* pack, const lf_region* region, uint32_t flags) {
   if (pack == nullptr || region == nullptr) return LF_INVALID_ARGUMENT;
   return landfix::pack::prepare(*pack, *region, flags & LF_PREPARE_COPY);
+}
+
+lf_status lf_find_landmarks(const lf_pack* pack, uint32_t layer, const lf_feature_query* query, lf_landmark* landmarks,
+                            size_t capacity, size_t* count) {
+  if (pack == nullptr || query == nullptr || count == nullptr || (landmarks == nullptr && capacity > 0))
+    return LF_INVALID_ARGUMENT;
+  return landfix::pack::find_landmarks(*pack, layer, *query, {landmarks, capacity}, *count);
+}
+
+lf_status lf_find_intersections(const lf_pack* pack, uint32_t layer, const lf_feature_query* query,
+                                lf_intersection* intersections, size_t capacity, size_t* count) {
+  if (pack == nullptr || query == nullptr || count == nullptr || (intersections == nullptr && capacity > 0))
+    return LF_INVALID_ARGUMENT;
+  return landfix::pack::find_intersections(*pack, layer, *query, {intersections, capacity}, *count);
+}
+
+lf_status lf_find_roads(const lf_pack* pack, uint32_t layer, const lf_feature_query* query, lf_road* roads,
+                        size_t road_capacity, size_t* road_count, lf_point* vertices, size_t vertex_capacity,
+                        size_t* vertex_count) {
+  if (pack == nullptr || query == nullptr || road_count == nullptr || vertex_count == nullptr ||
+      (roads == nullptr && road_capacity > 0) || (vertices == nullptr && vertex_capacity > 0))
+    return LF_INVALID_ARGUMENT;
+  return landfix::pack::find_roads(*pack, layer, *query, {{roads, road_capacity}, {vertices, vertex_capacity}},
+                                   *road_count, *vertex_count);
 }
 
 lf_status lf_height(const lf_pack* pack, double east_m, double north_m, double* height_m, lf_height_source* source) {

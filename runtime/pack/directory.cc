@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "runtime/pack/pack.h"
+#include "runtime/pack/vectors.h"
 
 namespace landfix::pack {
 
@@ -60,16 +61,17 @@ bool has_finite_values(const schema::TileRecord& r) {
          std::isfinite(r.value_offset + r.value_step * float(INT16_MAX));
 }
 
-lf_status check_record(const lf_pack& pack, const tiles::TileFormat& format, const schema::TileRecord& r) {
+lf_status check_record(const lf_pack& pack, const Layer& layer, const schema::TileRecord& r) {
   if (r.length > schema::kMaxTileBytes || r.offset % schema::kSmallAlignment != 0 ||
       !inside(r.offset, r.length, pack.mapping.size()))
     return LF_DAMAGED;
   std::span<const uint16_t> epochs;
   if (const lf_status s = pack.epochs_of(r, epochs); s != LF_OK) return s;
-  if (r.codec > uint8_t(tiles::Codec::kContext)) return LF_UNKNOWN_VERSION;
-  if (r.codec == uint8_t(tiles::Codec::kRaw) && (r.length != format.bytes() || r.offset % schema::kPageSize != 0))
+  if (r.codec > uint8_t(tiles::Codec::kVector)) return LF_UNKNOWN_VERSION;
+  if (layer.is_vector() != (r.codec == uint8_t(tiles::Codec::kVector))) return LF_DAMAGED;
+  if (r.codec == uint8_t(tiles::Codec::kRaw) && (r.length != layer.format.bytes() || r.offset % schema::kPageSize != 0))
     return LF_DAMAGED;
-  return format.type != tiles::PixelType::kI16 || has_finite_values(r) ? LF_OK : LF_DAMAGED;
+  return layer.type != LF_I16 || has_finite_values(r) ? LF_OK : LF_DAMAGED;
 }
 
 }  // namespace
@@ -121,7 +123,7 @@ lf_status lf_pack::epochs_of(const TileRecord& r, std::span<const uint16_t>& epo
 
 lf_status lf_pack::check_tile(const Layer& layer, size_t slot, const TileRecord& r) const {
   if (checked_tiles.test(slot)) return LF_OK;
-  if (const lf_status s = landfix::pack::check_record(*this, layer.format, r); s != LF_OK) return s;
+  if (const lf_status s = landfix::pack::check_record(*this, layer, r); s != LF_OK) return s;
   if (landfix::pack::hash_of(mapping.data() + r.offset, r.length) != r.hash) return LF_DAMAGED;
   checked_tiles.set(slot);
   return LF_OK;
@@ -149,6 +151,12 @@ lf_status lf_pack::prepare_tile(const Layer& layer, const Level& level, const Ti
   if (const lf_status s = find_tile(level, tile, slot, r); s != LF_OK) return s == LF_OUTSIDE_MAP ? LF_OK : s;
   if (cache.get(slot) != nullptr) return LF_OK;
   if (const lf_status s = check_tile(layer, slot, *r); s != LF_OK) return s;
+  if (layer.is_vector()) {
+    uint8_t* features;
+    if (const lf_status s = landfix::pack::decode_features(*this, layer, tile, *r, features); s != LF_OK) return s;
+    cache.publish(slot, features);
+    return LF_OK;
+  }
   const bool raw = r->codec == uint8_t(landfix::tiles::Codec::kRaw);
   if (raw && !copy) {
     mapping.will_need(r->offset, r->length);

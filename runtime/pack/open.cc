@@ -10,6 +10,7 @@
 
 #include "runtime/pack/pack.h"
 #include "tiles/geodesy.h"
+#include "tiles/vector_tile.h"
 
 namespace landfix::pack {
 namespace {
@@ -92,6 +93,8 @@ lf_status check_manifest(const schema::Manifest& m) {
 }
 
 bool is_known(const schema::Layer& l) {
+  if (l.kind() == schema::LayerKind::Vector)
+    return l.content() == schema::VectorContent::Landmarks || l.content() == schema::VectorContent::Roads;
   if (l.kind() != schema::LayerKind::Raster || l.channels() == 0) return false;
   switch (l.pixel_type()) {
     case schema::PixelType::U8:
@@ -116,13 +119,24 @@ bool holds_nodata(const tiles::TileFormat& f) {
   return false;
 }
 
-lf_status load_layer(const schema::Layer& in, std::span<const schema::BlockRecord> blocks, Layer& out) {
-  out.name = in.name()->c_str();
-  out.description = in.description() ? in.description()->c_str() : "";
+// What a tile of the layer holds.
+bool load_type(const schema::Layer& in, Layer& out) {
+  if (in.kind() == schema::LayerKind::Vector) {
+    out.type = in.content() == schema::VectorContent::Landmarks ? LF_LANDMARKS : LF_ROADS;
+    out.format.channels = 0;
+    return in.levels()->size() == 1 && in.levels()->Get(0)->level() == tiles::kVectorLevel;
+  }
   out.format.type = tiles::PixelType(in.pixel_type());
   out.format.channels = in.channels();
   out.format.nodata = in.nodata();
-  if (!holds_nodata(out.format)) return LF_DAMAGED;
+  out.type = lf_pixel_type(in.pixel_type());
+  return holds_nodata(out.format);
+}
+
+lf_status load_layer(const schema::Layer& in, std::span<const schema::BlockRecord> blocks, Layer& out) {
+  out.name = in.name()->c_str();
+  out.description = in.description() ? in.description()->c_str() : "";
+  if (!load_type(in, out)) return LF_DAMAGED;
   if (in.levels()->size() == 0 || in.levels()->size() > kMaxLevels) return LF_DAMAGED;
   for (const schema::Level* l : *in.levels()) {
     if (l->level() < tiles::kMinLevel || l->level() > tiles::kMaxLevel) return LF_DAMAGED;
@@ -163,10 +177,18 @@ lf_status load_layers(lf_pack& pack) {
     for (uint32_t i = 0; i < pack.layer_count; ++i)
       if (std::strcmp(pack.layers[i].name, layer.name) == 0) return LF_DAMAGED;
     ++pack.layer_count;
-    if (std::strcmp(layer.name, "height") == 0 && layer.format.type == tiles::PixelType::kI16)
-      pack.height_layer = &layer;
+    if (std::strcmp(layer.name, "height") == 0 && layer.type == LF_I16) pack.height_layer = &layer;
   }
   return runs_overlap(pack.layers.get(), pack.layer_count) ? LF_DAMAGED : LF_OK;
+}
+
+lf_status load_vector_sources(lf_pack& pack) {
+  const auto& sources = *pack.manifest->sources();
+  pack.vector_sources.reset(new (std::nothrow) uint32_t[sources.size()]);
+  if (!pack.vector_sources) return LF_OUT_OF_MEMORY;
+  for (uint32_t i = 0; i < sources.size(); ++i)
+    if (sources.Get(i)->role() == schema::SourceRole::Vector) pack.vector_sources[pack.vector_source_count++] = i;
+  return LF_OK;
 }
 
 }  // namespace
@@ -210,5 +232,6 @@ lf_status lf_pack::load(std::span<const uint8_t[32]> keys) {
   if (!checked_blocks.allocate(blocks.size()) || !checked_tiles.allocate(blocks.size() * schema::kBlockTiles) ||
       !cache.allocate(blocks.size() * schema::kBlockTiles))
     return LF_OUT_OF_MEMORY;
+  if (const lf_status s = pack::load_vector_sources(*this); s != LF_OK) return s;
   return pack::load_layers(*this);
 }

@@ -37,11 +37,13 @@ struct Level {
 struct Layer {
   const char* name = "";
   const char* description = "";
-  tiles::TileFormat format;
+  lf_pixel_type type = LF_U8;
+  tiles::TileFormat format;  ///< of raster layers
   Level levels[kMaxLevels];
   uint32_t level_count = 0;
 
   const Level* find_level(int level) const;
+  bool is_vector() const { return type == LF_LANDMARKS || type == LF_ROADS; }
 };
 
 /// Bits that many threads set once.
@@ -58,7 +60,8 @@ class AtomicBits {
   std::unique_ptr<std::atomic<uint64_t>[], Free> words_;
 };
 
-/// Decoded or copied tiles by slot; each is published once and lives as long as the pack.
+/// Decoded or copied tiles by slot, of vector layers as runtime/pack/vectors.h lays them out; each is published once
+/// and lives as long as the pack.
 class TileCache {
  public:
   ~TileCache();
@@ -83,6 +86,8 @@ struct lf_pack {
   std::unique_ptr<landfix::pack::Layer[]> layers;
   uint32_t layer_count = 0;
   const landfix::pack::Layer* height_layer = nullptr;  ///< null where the pack has no heights
+  std::unique_ptr<uint32_t[]> vector_sources;          ///< the sources of role vector, as indices of all sources
+  uint32_t vector_source_count = 0;
   mutable landfix::pack::AtomicBits checked_blocks, checked_tiles;
   mutable landfix::pack::TileCache cache;
 

@@ -29,6 +29,16 @@ lf_status prepare(const lf_pack& pack, const lf_region& region, bool copy);
 lf_status tile_epochs(const lf_pack& pack, uint32_t layer, const tiles::TileIndex& index,
                       std::span<const uint16_t>& epochs);
 lf_status region_epochs(const lf_pack& pack, const lf_region& region, lf_epoch_range& out);
+lf_status find_landmarks(const lf_pack& pack, uint32_t layer, const lf_feature_query& query, std::span<lf_landmark> out,
+                         size_t& count);
+lf_status find_intersections(const lf_pack& pack, uint32_t layer, const lf_feature_query& query,
+                             std::span<lf_intersection> out, size_t& count);
+struct RoadBuffers {
+  std::span<lf_road> roads;
+  std::span<lf_point> vertices;
+};
+lf_status find_roads(const lf_pack& pack, uint32_t layer, const lf_feature_query& query, const RoadBuffers& out,
+                     size_t& road_count, size_t& vertex_count);
 lf_status height(const lf_pack& pack, double east_m, double north_m, double& height_m, lf_height_source& source);
 lf_status undulation(const lf_pack& pack, double east_m, double north_m, double& undulation_m);
 lf_status verify(const lf_pack& pack, bool deep, uint64_t& tiles);

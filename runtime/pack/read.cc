@@ -211,7 +211,7 @@ lf_status read_pixels(const lf_pack& pack, const lf_region& region, uint8_t* out
   const Layer* layer;
   const Level* level;
   if (const lf_status s = pack.resolve(region, layer, level); s != LF_OK) return s;
-  if (layer->format.type != tiles::PixelType::kU8) return LF_WRONG_TYPE;
+  if (layer->type != LF_U8) return LF_WRONG_TYPE;
   const size_t pixel = layer->format.channels;
   if (const lf_status s = check_buffer(region, pixel, row_bytes, out_bytes); s != LF_OK) return s;
   return for_each_strip(pack, *layer, *level, region,
@@ -222,7 +222,7 @@ lf_status read_values(const lf_pack& pack, const lf_region& region, float* out, 
   const Layer* layer;
   const Level* level;
   if (const lf_status s = pack.resolve(region, layer, level); s != LF_OK) return s;
-  if (layer->format.type != tiles::PixelType::kI16) return LF_WRONG_TYPE;
+  if (layer->type != LF_I16) return LF_WRONG_TYPE;
   if (row_bytes % sizeof(float) != 0) return LF_INVALID_ARGUMENT;
   if (const lf_status s = check_buffer(region, sizeof(float), row_bytes, out_bytes); s != LF_OK) return s;
   return for_each_strip(pack, *layer, *level, region, [&](std::span<const Piece> strip) {
@@ -235,7 +235,7 @@ lf_status read_bits(const lf_pack& pack, const lf_region& region, uint64_t* out,
   const Layer* layer;
   const Level* level;
   if (const lf_status s = pack.resolve(region, layer, level); s != LF_OK) return s;
-  if (layer->format.type != tiles::PixelType::kBit) return LF_WRONG_TYPE;
+  if (layer->type != LF_BIT) return LF_WRONG_TYPE;
   const size_t planes = layer->format.channels, words = words_for(region.width);
   if (const lf_status s = check_planes(region, planes, row_words, plane_words, out_words); s != LF_OK) return s;
   for (size_t p = 0; p < planes; ++p)
@@ -250,6 +250,7 @@ lf_status tile_view(const lf_pack& pack, uint32_t layer_index, const TileIndex& 
   const Layer& layer = pack.layers[layer_index];
   const Level* level = layer.find_level(index.level);
   if (level == nullptr) return LF_INVALID_ARGUMENT;
+  if (layer.is_vector()) return LF_WRONG_TYPE;
   const uint8_t* pixels;
   const TileRecord* record;
   if (const lf_status s = pack.pixels_of(layer, *level, index, pixels, record); s != LF_OK) return s;

@@ -5,6 +5,8 @@
 #include <new>
 
 #include "runtime/pack/queries.h"
+#include "runtime/pack/vectors.h"
+#include "tiles/vector_tile.h"
 
 namespace landfix::pack {
 namespace {
@@ -58,6 +60,12 @@ lf_status verify_tile(const lf_pack& pack, const Layer& layer, size_t slot, cons
   if (const lf_status s = pack.check_tile(layer, slot, r); s != LF_OK) return s;
   if (!deep) return LF_OK;
   if (r.reserved != 0 && knows_every_byte(pack)) return LF_DAMAGED;
+  if (layer.is_vector()) {
+    uint8_t* features = nullptr;
+    const lf_status s = decode_features(pack, layer, tiles::tile_of_key(tiles::kVectorLevel, r.key), r, features);
+    std::free(features);
+    return s;
+  }
   const uint8_t* data = pack.mapping.data() + r.offset;
   return tiles::decode(tiles::Codec(r.codec), layer.format, {data, r.length}, {scratch, layer.format.bytes()})
              ? LF_OK

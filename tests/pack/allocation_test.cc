@@ -164,6 +164,39 @@ TEST(Allocation, NoneInAnyQueryOfRawLayers) {
   EXPECT_EQ(counted, 0u);
 }
 
+TEST(Allocation, NoneInSearchesOfPreparedLandmarksAndRoads) {
+  std::vector<tiles::Landmark> drawn(200);
+  for (size_t i = 0; i < drawn.size(); ++i)
+    drawn[i].east_m = kWestM + 2.0 * double(i), drawn[i].north_m = kSouthM + 100;
+  tiles::RoadGraph cross;
+  for (const auto& [x, y] : {std::pair(200, 200), {10, 200}, {400, 200}, {200, 400}})
+    cross.nodes.push_back({kWestM + x, kSouthM + y});
+  for (const uint32_t to : {1u, 2u, 3u}) cross.edges.push_back({0, to, 5, 1, 0, {}});
+  const OpenPack pack(draw({.landmarks = drawn, .roads = cross}));
+  const uint32_t landmarks = pack.layer("landmarks"), roads = pack.layer("roads");
+  for (const uint32_t layer : {landmarks, roads})
+    ASSERT_EQ(pack->prepare(*pack->box(layer, kWestM, kSouthM, kWestM + 400, kSouthM + 400, 8)), LF_OK);
+  std::vector<Landmark> points(500);
+  std::vector<Intersection> crossings(5);
+  std::vector<Road> lines(5);
+  std::vector<Point> vertices(50);
+  FeatureQuery query;
+  query.ellipse = Ellipse{kWestM + 200, kSouthM + 150, 1e4, 0, 1e4, 2};
+  size_t point_count = 0, crossing_count = 0, line_count = 0, vertex_count = 0;
+  lf_status worst = LF_OK;
+  const size_t counted = allocations_in([&] {
+    for (const lf_status s : {pack->find_landmarks(landmarks, query, points, point_count),
+                              pack->find_intersections(roads, query, crossings, crossing_count),
+                              pack->find_roads(roads, query, lines, line_count, vertices, vertex_count)})
+      worst = worst == LF_OK ? s : worst;
+  });
+  EXPECT_EQ(worst, LF_OK);
+  EXPECT_GT(point_count, 150u);
+  EXPECT_EQ(crossing_count, 1u);
+  EXPECT_EQ(line_count, 3u);
+  EXPECT_EQ(counted, 0u);
+}
+
 TEST(Allocation, NoneInReadsOfAPreparedLayer) {
   const OpenPack packed(small_pack(tiles::Codec::kJpeg));
   const Region r = *packed->box(0, kWestM, kSouthM, kEastM, kNorthM, 1);

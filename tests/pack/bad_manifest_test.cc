@@ -27,6 +27,7 @@ struct TestLayer {
   uint8_t kind = 0, pixel_type = 0, channels = 1;
   int16_t nodata = 0;
   std::vector<TestLevel> levels = {{0, 0, 1, 5}, {1, 1, 1, 4}};
+  uint8_t content = 0;
   bool newer_field = false;  ///< a field that this version does not know
 };
 
@@ -68,6 +69,7 @@ Offset<schema::Layer> encode(FlatBufferBuilder& b, const TestLayer& l) {
   layer.add_channels(l.channels);
   layer.add_nodata(l.nodata);
   layer.add_levels(level_vector);
+  layer.add_content(schema::VectorContent(l.content));
   if (l.newer_field) b.AddElement<uint64_t>(flatbuffers::FieldIndexToOffset(12), 77, 0);
   return layer.Finish();
 }
@@ -191,6 +193,15 @@ TEST(HostileManifest, RangesAreChecked) {
       {"u8 nodata 256", [](TestManifest& m) { m.layers[0].nodata = 256; }},
       {"u8 nodata -1", [](TestManifest& m) { m.layers[0].nodata = -1; }},
       {"bit nodata 2", [](TestManifest& m) { m.layers[0].pixel_type = 2, m.layers[0].nodata = 2; }},
+      {"landmarks without a level", [](TestManifest& m) { m.layers[0] = {.kind = 1, .levels = {}, .content = 1}; }},
+      {"landmarks at level 2",
+       [](TestManifest& m) {
+         m.layers[0] = {.kind = 1, .levels = {{2, 0, 1, 5}}, .content = 1};
+       }},
+      {"roads at two levels",
+       [](TestManifest& m) {
+         m.layers[0] = {.kind = 1, .levels = {{3, 0, 1, 5}, {4, 1, 1, 4}}, .content = 2};
+       }},
       {"bit nodata -1", [](TestManifest& m) { m.layers[0].pixel_type = 2, m.layers[0].nodata = -1; }},
       {"epochs oldest first", [](TestManifest& m) { std::swap(m.epochs[0], m.epochs[1]); }},
       {"undated before dated", [](TestManifest& m) { std::swap(m.epochs[1], m.epochs[2]); }},
@@ -276,10 +287,11 @@ TEST(NewerMinor, UnknownLayersAndFieldsAreSkipped) {
   m.layers.push_back({.name = "float", .pixel_type = 9, .levels = {}});
   m.layers.push_back({.name = "complex", .pixel_type = 1, .channels = 2, .levels = {{3, 99, 1, 1}}});
   m.layers.push_back({.name = "roads", .kind = 1, .levels = {}});
+  m.layers.push_back({.name = "borders", .kind = 1, .levels = {}, .content = 3});
   m.layers.push_back({.name = "nothing", .channels = 0, .levels = {}});
   m.layers.push_back({.name = "no bits", .pixel_type = 2, .channels = 0, .levels = {}});
   m.layers.push_back({.name = "many bits", .pixel_type = 2, .channels = 17, .levels = {}});
-  for (const uint16_t minor : {0, 1, 2, 65535}) {
+  for (const uint16_t minor : {0, 1, 2, 3, 65535}) {
     const OpenPack pack(with_manifest(m.bytes(), minor));
     ASSERT_EQ(pack.status(), LF_OK) << minor;
     EXPECT_EQ(pack->info().version_minor, minor);
@@ -290,7 +302,7 @@ TEST(NewerMinor, UnknownLayersAndFieldsAreSkipped) {
     ASSERT_EQ(got.status, LF_OK);
     EXPECT_EQ(got.pixels[0], pattern({'a', 0, 0, 0, 0}));
     // What an unknown layer uses is no stray data in a newer version; this version knows all its layers.
-    EXPECT_EQ(pack->verify(true).status(), minor <= 1 ? LF_DAMAGED : LF_OK) << minor;
+    EXPECT_EQ(pack->verify(true).status(), minor <= 2 ? LF_DAMAGED : LF_OK) << minor;
   }
 }
 

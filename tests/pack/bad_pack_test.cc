@@ -187,9 +187,9 @@ TEST(HostileHeader, ReservedBytesAreFoundByTheDeepCheck) {
   EXPECT_EQ(deep(hostile([](Patch& p) { p.blocks()[1].reserved = 1; })), LF_DAMAGED);
   EXPECT_EQ(deep(hostile([](Patch& p) { p.tiles(p.blocks()[1])[0].reserved = 1; })), LF_DAMAGED);
   // A newer minor version may have given them a meaning.
-  EXPECT_EQ(deep(hostile_header([](Header& h) { h.version_minor = 2, h.reserved[0] = 1; })), LF_OK);
+  EXPECT_EQ(deep(hostile_header([](Header& h) { h.version_minor = 3, h.reserved[0] = 1; })), LF_OK);
   EXPECT_EQ(deep(hostile([](Patch& p) {
-              p.header().version_minor = 2;
+              p.header().version_minor = 3;
               p.blocks()[1].reserved = 1;
               p.tiles(p.blocks()[1])[0].reserved = 1;
             })),
@@ -244,7 +244,8 @@ TEST(HostileTiles, EveryFieldIsCheckedOnFirstTouch) {
   EXPECT_EQ(with([](TileRecord& t) { t.length = 65535; }), LF_DAMAGED);
   EXPECT_EQ(with([](TileRecord& t) { t.length = UINT32_MAX; }), LF_DAMAGED);
   EXPECT_EQ(with([](TileRecord& t) { t.hash.bytes[0] ^= 1; }), LF_DAMAGED);
-  EXPECT_EQ(with([](TileRecord& t) { t.codec = 4; }), LF_UNKNOWN_VERSION);
+  EXPECT_EQ(with([](TileRecord& t) { t.codec = 5; }), LF_UNKNOWN_VERSION);
+  EXPECT_EQ(with([](TileRecord& t) { t.codec = 4; }), LF_DAMAGED);      // of vector layers alone
   EXPECT_EQ(with([](TileRecord& t) { t.epoch_set = 1; }), LF_DAMAGED);  // the pack names no epochs
   // Misaligned, although the bytes and their hash are right.
   EXPECT_EQ(read_status(hostile([](Patch& p) {

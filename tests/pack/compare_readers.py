@@ -49,12 +49,26 @@ def compare(draw, reader, pack, decodable, fields):
     print(f"{leaves(found)} fields are the same")
 
 
+def cached_by_data(decode):
+    known = {}
+
+    def decoded(data, *others):
+        if data not in known:
+            known[data] = decode(data, *others)
+        return known[data]
+
+    return decoded
+
+
 def refuse(reader, pack):
     """Every kind of damage ends with exit code 4 or a refusal, never with an answer."""
     sys.path.insert(0, str(reader.parent))
     sys.dont_write_bytecode = True
     import read_pack
-    read_pack.decode_planes = functools.cache(read_pack.decode_planes)  # of the tiles that are not damaged, once
+    # Of the tiles that are not damaged, once.
+    read_pack.decode_planes = functools.cache(read_pack.decode_planes)
+    read_pack.decode_landmarks = cached_by_data(read_pack.decode_landmarks)
+    read_pack.decode_roads = cached_by_data(read_pack.decode_roads)
     good = pack.read_bytes()
     read_pack.read_pack(good)
     blocks = read_pack.read_blocks(good, read_pack.read_header(good))
@@ -88,6 +102,7 @@ def must_refuse(read_pack, data, what):
 if __name__ == "__main__":
     fixtures = Path(sys.argv[2])
     # Raw tiles of gray and orientation, and two tiles of bit planes coded in context; then one raw tile.
-    compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "small.lfpack", decodable=4, fields=250)
+    compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "small.lfpack", decodable=4, fields=1000)
     compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "version_1_0.lfpack", decodable=1, fields=150)
+    compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "version_1_1.lfpack", decodable=4, fields=250)
     refuse(fixtures / "read_pack.py", fixtures / "small.lfpack")

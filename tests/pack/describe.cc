@@ -3,6 +3,7 @@
 #include <sodium.h>
 
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -95,7 +96,8 @@ json layer_of(const schema::Layer& l) {
           {"channels", l.channels()},
           {"nodata", l.nodata()},
           {"levels", levels},
-          {"description", text(l.description())}};
+          {"description", text(l.description())},
+          {"content", uint8_t(l.content())}};
 }
 
 json manifest_of(const schema::Manifest& m) {
@@ -133,18 +135,78 @@ json block_of(const schema::BlockRecord& b) {
           {"hash", hex(b.hash.bytes)}};
 }
 
+double rounded(double value) { return std::round(value * 1000) / 1000; }
+
+FeatureQuery query_of(const tiles::TileIndex& index) {
+  const double side = tiles::tile_side(index.level), west = index.x * side, south = index.y * side;
+  return {.ellipse = {}, .west_m = west, .south_m = south, .east_m = west + side, .north_m = south + side};
+}
+
+json landmarks_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index) {
+  std::vector<Landmark> landmarks(65536);
+  size_t count = 0;
+  if (pack.find_landmarks(layer, query_of(index), landmarks, count) != LF_OK)
+    throw std::runtime_error("landmarks that cannot be found");
+  json out = json::array();
+  for (size_t i = 0; i < count; ++i) {
+    const Landmark& m = landmarks[i];
+    const bool oriented = !std::isnan(m.orientation_rad);
+    out.push_back({{"place_m", {m.east_m, m.north_m}},
+                   {"class", m.landmark_class},
+                   {"length_m", rounded(double(m.length_m))},
+                   {"width_m", rounded(double(m.width_m))},
+                   {"orientation_rad", oriented ? json(rounded(double(m.orientation_rad))) : json(nullptr)},
+                   {"confidence", rounded(double(m.confidence))},
+                   {"distinctiveness_m", int(m.distinctiveness_m)},
+                   {"epochs_seen", m.epochs_seen},
+                   {"source", m.source}});
+  }
+  return out;
+}
+
+json roads_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index) {
+  std::vector<Road> roads(65536);
+  std::vector<Point> vertices(262144);
+  size_t count = 0, vertex_count = 0;
+  if (pack.find_roads(layer, query_of(index), roads, count, vertices, vertex_count) != LF_OK)
+    throw std::runtime_error("roads that cannot be found");
+  json out = json::array();
+  for (size_t i = 0; i < count; ++i) {
+    json line = json::array();
+    for (size_t k = 0; k < roads[i].vertex_count; ++k) {
+      const Point& p = vertices[roads[i].first_vertex + k];
+      line.push_back({p.east_m, p.north_m});
+    }
+    out.push_back({{"line_m", line},
+                   {"width_m", rounded(double(roads[i].width_m))},
+                   {"confidence", rounded(double(roads[i].confidence))},
+                   {"source", roads[i].source},
+                   {"begin", roads[i].begin},
+                   {"end", roads[i].end}});
+  }
+  return out;
+}
+
+json pixels_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index) {
+  const auto view = pack.tile(layer, index.level, index.x, index.y);
+  if (!view) throw std::runtime_error(view.text());
+  const size_t bytes =
+      pack.layer(layer)->pixel_type == LF_BIT ? 8192u * pack.layer(layer)->channels : size_t(view->row_bytes) * 256;
+  return digest({static_cast<const uint8_t*>(view->pixels), bytes});
+}
+
 json tile_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index, const schema::TileRecord& t) {
   const double side = tiles::tile_side(index.level), west = index.x * side, south = index.y * side;
   const auto region = pack.box(layer, west, south, west + side, south + side, tiles::gsd_of(index.level));
   if (!region || pack.prepare(*region) != LF_OK) throw std::runtime_error("a tile that cannot be prepared");
-  const auto view = pack.tile(layer, index.level, index.x, index.y);
-  if (!view) throw std::runtime_error(view.text());
   std::array<uint16_t, 64> epochs_of_tile;
   const auto count = pack.tile_epochs(layer, index.level, index.x, index.y, epochs_of_tile);
   if (!count) throw std::runtime_error(count.text());
   const json epochs(std::vector<uint16_t>(epochs_of_tile.begin(), epochs_of_tile.begin() + *count));
-  const size_t bytes =
-      pack.layer(layer)->pixel_type == LF_BIT ? 8192u * pack.layer(layer)->channels : size_t(view->row_bytes) * 256;
+  const uint8_t type = pack.layer(layer)->pixel_type;
+  const json features = type == LF_LANDMARKS ? landmarks_of(pack, layer, index)
+                        : type == LF_ROADS   ? roads_of(pack, layer, index)
+                                             : json(nullptr);
   return {{"layer", pack.layer(layer)->name},
           {"level", index.level},
           {"x", index.x},
@@ -157,7 +219,8 @@ json tile_of(const Pack& pack, uint32_t layer, const tiles::TileIndex& index, co
           {"value_offset", double(t.value_offset)},
           {"value_step", double(t.value_step)},
           {"hash", hex(t.hash.bytes)},
-          {"pixels", digest({static_cast<const uint8_t*>(view->pixels), bytes})}};
+          {"features", features},
+          {"pixels", features.is_null() ? pixels_of(pack, layer, index) : json(nullptr)}};
 }
 
 }  // namespace

@@ -91,6 +91,19 @@ exporter::PackLevel draw_level(const DrawnLayer& layer, const DrawnLevel& drawn,
   return level;
 }
 
+ingest::GridBounds around(double east_m, double north_m) { return {east_m - 1, north_m - 1, east_m + 1, north_m + 1}; }
+
+void add_vectors(exporter::PackLayer layer, std::vector<catalog::FinishedTile> tiles, std::vector<Bytes>& stored,
+                 exporter::PackDescription& d) {
+  for (catalog::FinishedTile& tile : tiles) {
+    tile.record.offset = stored.size();
+    tile.record.epoch_set = number_of(tile.epochs, d.epoch_sets);
+    layer.levels[0].tiles.push_back(tile.record);
+    stored.push_back(std::move(tile.data));
+  }
+  d.layers.push_back(std::move(layer));
+}
+
 }  // namespace
 
 exporter::PackDescription Drawing::default_description() {
@@ -109,6 +122,15 @@ std::vector<uint8_t> draw(const Drawing& drawing) {
     for (const DrawnLevel& level : layer.levels)
       out.levels.push_back(draw_level(layer, level, bounds, stored, d.epoch_sets));
     d.layers.push_back(std::move(out));
+  }
+  if (drawing.landmarks) {
+    for (const tiles::Landmark& m : *drawing.landmarks) bounds.extend(around(m.east_m, m.north_m));
+    add_vectors(exporter::landmarks_layer(), exporter::landmark_tiles(*drawing.landmarks, drawing.vector_epochs),
+                stored, d);
+  }
+  if (drawing.roads) {
+    for (const tiles::RoadNode& n : drawing.roads->nodes) bounds.extend(around(n.east_m, n.north_m));
+    add_vectors(exporter::roads_layer(), exporter::road_tiles(*drawing.roads, drawing.vector_epochs), stored, d);
   }
   if (d.bounds.empty()) d.bounds = bounds;
   const TemporaryFolder folder;

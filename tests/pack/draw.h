@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "builder/export/pack_writer.h"
+#include "builder/export/vector_layers.h"
 #include "tiles/codec.h"
 #include "tiles/grid.h"
 
@@ -41,7 +43,10 @@ struct DrawnLayer {
 };
 
 struct Drawing {
-  std::vector<DrawnLayer> layers;
+  std::vector<DrawnLayer> layers = {};
+  std::optional<std::vector<tiles::Landmark>> landmarks = {};  ///< the layer `landmarks`, behind the others
+  std::optional<tiles::RoadGraph> roads = {};                  ///< the layer `roads`, last
+  exporter::EpochsOfTile vector_epochs = {};
   /// Zone 32 north, no sources, no geoid; bounds are those of the drawn tiles. `layers` is filled in from the drawing.
   exporter::PackDescription description = default_description();
 

@@ -17,6 +17,7 @@ using tiles::Codec;
 using Bytes = std::vector<uint8_t>;
 
 constexpr int32_t kWestX = 1952, kSouthY = 19528;  // level 0; whole tiles of level 2 begin here too
+constexpr double kWestM = kWestX * 256.0, kSouthM = kSouthY * 256.0;
 constexpr int kNoHeight = -32768;
 
 // From 0 to `period` and back, in whole numbers: hills that look the same on every machine.
@@ -89,6 +90,40 @@ DrawnLayer height() {
   return layer;
 }
 
+// Landmarks of every class, of one that this version does not know, and of two tiles, in rows along two streets.
+std::vector<tiles::Landmark> landmarks() {
+  std::vector<tiles::Landmark> out;
+  uint32_t random = 1;
+  const auto next = [&random](uint32_t below) { return (random = random * 1664525u + 1013904223u) / 65536 % below; };
+  for (uint32_t i = 0; i < 90; ++i) {
+    tiles::Landmark m;
+    m.east_m = kWestM + 40.125 + 25 * i, m.north_m = kSouthM + 300 + (i % 2) * 24 + 0.25 * next(40);
+    m.cls = tiles::LandmarkClass(i % 29 == 28 ? 9 : next(5));
+    m.length_m = 4 + 0.5 * next(80), m.width_m = m.length_m / (1 + 0.25 * next(4));
+    if (m.cls != tiles::LandmarkClass::kTree) m.orientation_rad = 0.1 * next(31);
+    m.confidence = 0.05 * next(21), m.distinctiveness_m = next(600);
+    m.epochs_seen = uint16_t(1 + next(2)), m.source = uint16_t(next(8) == 0);
+    out.push_back(m);
+  }
+  return out;
+}
+
+// A street across the border of two tiles with a fork, a ring, a crossing of four and a bend; widths and sources
+// differ.
+tiles::RoadGraph roads() {
+  const auto node = [](double x, double y) { return tiles::RoadNode{kWestM + x, kSouthM + y}; };
+  const auto point = [](double x, double y) { return tiles::RoadPoint{kWestM + x, kSouthM + y}; };
+  tiles::RoadGraph g;
+  g.nodes = {node(10, 312), node(600, 312), node(600, 30), node(2200, 320), node(600, 900), node(800, 312.25)};
+  g.edges = {{0, 1, 6, 0.9, 0, {}},
+             {1, 5, 6, 0.9, 0, {}},
+             {5, 3, 7.5, 0.8, 1, {point(1400, 310), point(1900, 300), point(2100, 305)}},
+             {1, 2, 4, 0.7, 0, {}},
+             {4, 1, 5, 1, 1, {point(630, 700), point(640, 650), point(640, 600), point(630, 550)}},
+             {5, 5, 3, 0.5, 0, {point(850, 350), point(900, 312), point(850, 280)}}};
+  return g;
+}
+
 exporter::PackDescription description() {
   exporter::PackDescription d;
   d.zone = {32, true};
@@ -118,7 +153,12 @@ exporter::PackDescription description() {
   dem.source.crs = "EPSG:32632";
   dem.source.vertical_datum = "egm96";
   dem.source.gsd_m = 4;
-  d.sources = {newest, older, dem};
+  exporter::PackSource known;
+  known.role = exporter::SourceRole::kVector;
+  known.source.name = "known.gpkg";
+  known.source.sha256 = std::string(64, 'c');
+  known.source.crs = "EPSG:4326";
+  d.sources = {newest, older, dem, known};
   d.epochs = {{"2021-06-30", {0}}, {"2009-08-18", {1}}};
   d.geoid = ingest::GeoidGrid{
       "egm96", 496000, 4996000, 4000, 3, 3, {46.5f, 46.75f, 47, 47.25f, 47.5f, 47.75f, 48, 48.25f, 48.5f}};
@@ -152,7 +192,14 @@ Bytes as_is(const Bytes& pack) {
 }  // namespace
 
 std::vector<uint8_t> draw_fixture() {
-  Bytes pack = draw({.layers = {gray(), overview(), orientation(), height()}, .description = description()});
+  Bytes pack = draw({.layers = {gray(), overview(), orientation(), height()},
+                     .landmarks = landmarks(),
+                     .roads = roads(),
+                     .vector_epochs =
+                         [](const tiles::TileIndex&) {
+                           return catalog::EpochSet{0, 1};
+                         },
+                     .description = description()});
   sign(pack);
   return pack;
 }
@@ -179,6 +226,7 @@ std::vector<std::pair<std::string, std::vector<uint8_t>>> draw_fuzz_seeds() {
           {"equal_tiles", compact(draw(plain))},
           {"all_layers", compact(draw(full))},
           {"bits", compact(draw({.layers = {bits}, .description = description()}))},
+          {"vectors", compact(draw({.landmarks = landmarks(), .roads = roads(), .description = description()}))},
           {"as_is", as_is(signed_pack)}};
 }
 

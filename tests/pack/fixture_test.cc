@@ -29,7 +29,7 @@ TEST(Fixture, IsSmallSignedAndWhole) {
   EXPECT_LE(fixture().size(), 200000u);
   const OpenPack pack(fixture(), {.copy = false, .trusted_keys = {kKey}});
   ASSERT_EQ(pack.status(), LF_OK);
-  EXPECT_EQ(*pack->verify(true), 10u);
+  EXPECT_EQ(*pack->verify(true), 14u);
 }
 
 TEST(Fixture, OfTheFirstVersionIsReadAsEver) {
@@ -45,6 +45,14 @@ TEST(Fixture, OfTheFirstVersionIsReadAsEver) {
   ASSERT_TRUE(old_tile);
   ASSERT_TRUE(tile);
   EXPECT_EQ(std::memcmp(old_tile->pixels, tile->pixels, 65536), 0);
+}
+
+TEST(Fixture, OfTheSecondVersionIsReadAsEver) {
+  const OpenPack pack(read_file(LANDFIX_FIXTURES "/version_1_1.lfpack"), {.copy = false, .trusted_keys = {kKey}});
+  ASSERT_EQ(pack.status(), LF_OK);
+  EXPECT_EQ(pack->info().version_minor, 1);
+  EXPECT_EQ(pack->info().layer_count, 4u);
+  EXPECT_EQ(*pack->verify(true), 10u);
 }
 
 TEST(Fixture, OrientationIsTheSameInEveryCodec) {

@@ -33,7 +33,8 @@ def expect(found, expected):
 # one both.
 info = json.loads(answer("info", "--json", PACK))
 expect({layer["name"]: (layer["pixel_type"], layer["channels"], layer["nodata"]) for layer in info["layers"]},
-       {"gray": ("u8", 1, 0), "overview": ("u8", 3, 0), "orientation": ("bit", 4, 1), "height": ("i16", 1, -32768)})
+       {"gray": ("u8", 1, 0), "overview": ("u8", 3, 0), "orientation": ("bit", 4, 1), "height": ("i16", 1, -32768),
+        "landmarks": ("landmarks", 0, 0), "roads": ("roads", 0, 0)})
 expect(info["epochs"], [{"date": "2021-06-30", "sources": [0]}, {"date": "2009-08-18", "sources": [1]}])
 assert "2009-08-18  1 image" in answer("info", PACK)
 
@@ -73,5 +74,5 @@ with tempfile.TemporaryDirectory() as folder:
     expect(refused.returncode, 2)
     assert "4 channels" in refused.stderr and ".tif" in refused.stderr, refused.stderr
     expect(sorted(path.name for path in Path(folder).iterdir()), ["gray.tif", "orientation.tif"])
-assert "10 tiles checked and decoded" in answer("verify", "--deep", PACK)
+assert "14 tiles checked and decoded" in answer("verify", "--deep", PACK)
 print("the tools show what was drawn")

@@ -76,7 +76,7 @@ TEST(Signature, CoversTheWholeMap) {
   EXPECT_EQ(open_with(pixel.bytes(), {}), LF_OK);
   EXPECT_EQ(open_with(pixel.bytes(), {alice.open}), LF_UNTRUSTED);
   // The version and the manifest are covered as well.
-  EXPECT_EQ(open_with(forged(good, [](schema::Header& h) { h.version_minor = 2; }), {alice.open}), LF_UNTRUSTED);
+  EXPECT_EQ(open_with(forged(good, [](schema::Header& h) { h.version_minor = 1; }), {alice.open}), LF_UNTRUSTED);
   Patch manifest(good);
   const std::vector<uint8_t> same(manifest.manifest().begin(), manifest.manifest().end());
   manifest.replace_manifest(same);

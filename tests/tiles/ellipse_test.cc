@@ -99,6 +99,53 @@ TEST(Touches, ALineTouchesWhatItCrosses) {
   EXPECT_FALSE(touches(east, {0, 5, 0}));
 }
 
+TEST(Contains, AgreesWithTheQuadraticForm) {
+  Random random(11);
+  const Ellipse e{1000, -500, covariance_of(80, 20, 0.7), 2};
+  const auto& [ee, en, nn] = e.covariance;
+  int inside = 0;
+  for (int i = 0; i < 10000; ++i) {
+    const double x = random.uniform(-200, 200), y = random.uniform(-200, 200);
+    const double form = (nn * x * x - 2 * en * x * y + ee * y * y) / (ee * nn - en * en);
+    ASSERT_EQ(contains(e, 1000 + x, -500 + y), form <= 4) << x << " " << y;
+    inside += form <= 4;
+  }
+  EXPECT_NEAR(inside / 10000.0 * 400 * 400, std::numbers::pi * 160 * 40, 1500) << "its area";
+}
+
+TEST(Contains, OfADegenerateEllipseAreItsPoints) {
+  const Ellipse point{10, 20, {}, 3}, line{0, 0, {100, 0, 0}, 3};
+  EXPECT_TRUE(contains(point, 10, 20));
+  EXPECT_FALSE(contains(point, 10.01, 20));
+  EXPECT_TRUE(contains(line, 29, 0));
+  EXPECT_FALSE(contains(line, 31, 0));
+  EXPECT_FALSE(contains(line, 0, 0.1));
+}
+
+TEST(TouchesLine, AgreesWithPointsAlongIt) {
+  Random random(12);
+  const Ellipse e{0, 0, covariance_of(60, 15, 2.1), 2};
+  int touched = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double x0 = random.uniform(-200, 200), y0 = random.uniform(-200, 200), x1 = random.uniform(-200, 200),
+                 y1 = random.uniform(-200, 200);
+    bool any = false;
+    for (int k = 0; k <= 2000 && !any; ++k) any = contains(e, x0 + (x1 - x0) * k / 2000, y0 + (y1 - y0) * k / 2000);
+    // A line that only grazes it may pass between two of the points.
+    EXPECT_TRUE(!any || touches_line(e, x0, y0, x1, y1));
+    const Ellipse larger{0, 0, e.covariance, 2.02};
+    bool nearly = any;
+    for (int k = 0; k <= 2000 && !nearly; ++k)
+      nearly = contains(larger, x0 + (x1 - x0) * k / 2000, y0 + (y1 - y0) * k / 2000);
+    EXPECT_TRUE(nearly || !touches_line(e, x0, y0, x1, y1));
+    touched += any;
+  }
+  EXPECT_GT(touched, 500);
+  EXPECT_LT(touched, 2500);
+  EXPECT_TRUE(touches_line(e, 0, 0, 0, 0)) << "a line without length";
+  EXPECT_FALSE(touches_line(e, 300, 0, 300, 0));
+}
+
 TEST(BoundingPixels, HoldsTheEllipseAndNoMore) {
   // Half axes k sigma = 30 and 20 m at GSD 0.5: pixels 2 * (1000 - 30) .. 2 * (1000 + 30), where the last one is
   // touched by its edge.

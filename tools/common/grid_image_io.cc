@@ -4,11 +4,11 @@
 #include <ogr_spatialref.h>
 
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "builder/error.h"
 #include "builder/ingest/gdal.h"
+#include "tools/common/drawing.h"
 #include "tools/common/files.h"
 
 namespace landfix::tools {
@@ -42,13 +42,6 @@ cv::Mat picture_of_heights(const features::GridImage& image, const cv::Mat& vali
   colours = colours.mul(shade, 1.2);
   colours.convertTo(colours, CV_8UC3);
   return colours;
-}
-
-void write_png(const std::string& path, const features::GridImage& image) {
-  const cv::Mat picture = picture_of(image);
-  write_atomically(path, [&](const std::string& temporary) {
-    if (!cv::imwrite(temporary, picture)) throw Error(ExitCode::kIo, path + ": the PNG cannot be written");
-  });
 }
 
 void write_bands(GDALDataset& file, const features::GridImage& image, const cv::Mat& valid) {
@@ -107,7 +100,7 @@ cv::Mat picture_of(const features::GridImage& image) {
 
 void write_grid_image(const std::string& path, const features::GridImage& image, const tiles::Zone& zone) {
   const std::string extension = std::filesystem::path(path).extension().string();
-  if (extension == ".png") return write_png(path, image);
+  if (extension == ".png") return write_picture(path, picture_of(image));
   if (extension == ".tif" || extension == ".tiff") return write_geotiff(path, image, zone);
   throw Error(ExitCode::kUsage, path + ": the name must end in .png (for people) or .tif (values, georeferenced)");
 }

@@ -1,10 +1,12 @@
 #include "tools/common/manifest_json.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "builder/hex.h"
+#include "tools/common/map_features.h"
 #include "tools/common/open_pack.h"
 
 namespace landfix::tools {
@@ -39,8 +41,24 @@ const char* name_of(uint8_t pixel_type) {
       return "i16";
     case LF_BIT:
       return "bit";
+    case LF_LANDMARKS:
+      return "landmarks";
+    case LF_ROADS:
+      return "roads";
   }
   return "unknown";
+}
+
+// What a vector layer holds; null where it is damaged.
+ordered_json features_json(const Pack& pack, const lf_layer_info& layer) try {
+  const FeatureCounts counts = count_features(pack, layer, "");
+  if (layer.pixel_type == LF_ROADS)
+    return {{"roads_km", std::round(counts.roads_km * 1000) / 1000}, {"intersections", counts.intersections}};
+  ordered_json out = ordered_json::object();
+  for (size_t c = 0; c < kLandmarkStyles.size(); ++c) out[kLandmarkStyles[c].name] = counts.of_class[c];
+  return out;
+} catch (const Error&) {
+  return nullptr;
 }
 
 ordered_json layer_json(const Pack& pack, uint32_t index) {
@@ -50,8 +68,11 @@ ordered_json layer_json(const Pack& pack, uint32_t index) {
     const lf_level_info level = *pack.level(index, i);
     levels.push_back({{"level", level.level}, {"gsd_m", level.gsd_m}, {"tiles", level.tile_count}});
   }
-  return {{"name", layer.name},         {"description", layer.description}, {"pixel_type", name_of(layer.pixel_type)},
-          {"channels", layer.channels}, {"nodata", layer.nodata},           {"levels", levels}};
+  ordered_json out{
+      {"name", layer.name},         {"description", layer.description}, {"pixel_type", name_of(layer.pixel_type)},
+      {"channels", layer.channels}, {"nodata", layer.nodata},           {"levels", levels}};
+  if (layer.pixel_type == LF_LANDMARKS || layer.pixel_type == LF_ROADS) out["features"] = features_json(pack, layer);
+  return out;
 }
 
 ordered_json source_json(const Pack& pack, uint32_t index) {

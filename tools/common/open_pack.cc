@@ -55,6 +55,7 @@ features::GridImage read_region(const Pack& pack, const Region& region, const st
   const Result<lf_layer_info> layer = pack.layer(region.layer);
   check(layer.status(), path);
   const std::string what = path + ": layer '" + layer->name + "'";
+  if (layer->channels == 0) check(LF_WRONG_TYPE, what);
   check(pack.prepare(region), what);
   features::GridImage image;
   image.west_m = region.west_m, image.north_m = region.north_m, image.gsd_m = region.gsd_m;

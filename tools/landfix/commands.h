@@ -10,6 +10,7 @@ void add_build(CLI::App& app);
 void add_info(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_query(CLI::App& app);
+void add_export(CLI::App& app);
 void add_keygen(CLI::App& app);
 void add_sign(CLI::App& app);
 void add_synth(CLI::App& app);

@@ -1,5 +1,6 @@
 // landfix info: what a pack holds, for people and as JSON.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -44,11 +45,28 @@ void print_epochs(const ordered_json& epochs) {
                e["sources"].size(), e["sources"].size() == 1 ? "" : "s");
 }
 
+// "landmarks    building 412, field 80, ..."; "roads        12.3 km, 45 intersections".
+void print_features(const ordered_json& layer) {
+  const ordered_json& features = layer["features"];
+  std::vector<std::string> parts;
+  if (features.is_null())
+    parts = {"damaged"};
+  else if (features.contains("roads_km"))
+    parts = {fmt::format("{:.1f} km", features["roads_km"].get<double>()),
+             fmt::format("{} intersections", features["intersections"].get<size_t>())};
+  else
+    for (const auto& [name, count] : features.items()) parts.push_back(fmt::format("{} {}", name, count.get<size_t>()));
+  fmt::print("  {:<12} {}\n", layer["name"].get<std::string>(), fmt::join(parts, ", "));
+}
+
 void print_layers(const ordered_json& layers) {
   fmt::print("\nlayers\n");
   for (const auto& l : layers) {
-    fmt::print("  {:<12} {}, {} channel{}\n", l["name"].get<std::string>(), l["pixel_type"].get<std::string>(),
-               l["channels"].get<int>(), l["channels"] == 1 ? "" : "s");
+    if (l.contains("features"))
+      print_features(l);
+    else
+      fmt::print("  {:<12} {}, {} channel{}\n", l["name"].get<std::string>(), l["pixel_type"].get<std::string>(),
+                 l["channels"].get<int>(), l["channels"] == 1 ? "" : "s");
     for (const auto& level : l["levels"])
       fmt::print("    level {:>3}  {:>8.5g} m  {:>7} tiles\n", level["level"].get<int>(), level["gsd_m"].get<double>(),
                  level["tiles"].get<int>());

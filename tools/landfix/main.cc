@@ -29,6 +29,7 @@ void add_all(CLI::App& app) {
   landfix::tools::add_info(app);
   landfix::tools::add_verify(app);
   landfix::tools::add_query(app);
+  landfix::tools::add_export(app);
   landfix::tools::add_keygen(app);
   landfix::tools::add_sign(app);
   landfix::tools::add_synth(app);

@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 
 #include "tiles/grid.h"
+#include "tools/common/drawing.h"
+#include "tools/common/feature_picture.h"
 #include "tools/common/grid_image_io.h"
 #include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
@@ -22,7 +24,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 struct QueryOptions {
   std::string pack, layer = "gray", output;
-  std::vector<std::string> keys;
+  std::vector<std::string> keys, draw;
   std::vector<double> at, grid, covariance, bbox;
   double sigma = 50, k = 3, gsd = 0;
   bool json = false, manifest = false;
@@ -94,6 +96,11 @@ Result<Region> region_of_bbox(const Pack& pack, uint32_t layer, const std::vecto
 Question question_of(const Pack& pack, const QueryOptions& o) {
   const Result<uint32_t> layer = pack.find_layer(o.layer.c_str());
   check(layer.status(), o.pack + ": layer '" + o.layer + "'");
+  if (const uint8_t type = pack.layer(*layer)->pixel_type; type == LF_LANDMARKS || type == LF_ROADS)
+    throw Error(ExitCode::kUsage,
+                fmt::format("--layer {}: it has no pixels; --draw {} draws it over another layer, and "
+                            "'landfix export' writes it to a file",
+                            o.layer, o.layer));
   const double gsd = o.gsd > 0 ? o.gsd : pack.level(*layer, 0)->gsd_m;
   Question q{};
   if (!o.bbox.empty()) {
@@ -209,6 +216,38 @@ ordered_json answer_json(const Pack& pack, const QueryOptions& o, const Question
             {"valid_share", double(cv::countNonZero(image.valid)) / double(image.valid.total())}}}};
 }
 
+// The features of the region's rectangle.
+DrawnFeatures features_of(const Pack& pack, const QueryOptions& o, const Region& r) {
+  FeatureQuery query;
+  query.west_m = r.west_m, query.east_m = r.west_m + r.width * r.gsd_m;
+  query.south_m = r.north_m - r.height * r.gsd_m, query.north_m = r.north_m;
+  DrawnFeatures out;
+  for (const std::string& layer : o.draw) {
+    if (layer == "landmarks") {
+      out.landmarks = find_landmarks(pack, query, o.pack);
+    } else if (layer == "roads") {
+      out.roads = find_roads(pack, query, o.pack);
+      out.intersections = find_intersections(pack, query, o.pack);
+    } else {
+      throw Error(ExitCode::kUsage, fmt::format("--draw {}: expected landmarks, roads or both", layer));
+    }
+  }
+  return out;
+}
+
+// What is drawn, by class.
+ordered_json features_json(const DrawnFeatures& features) {
+  ordered_json out = ordered_json::object();
+  if (features.landmarks)
+    for (size_t c = 0; c < kLandmarkStyles.size(); ++c)
+      out[kLandmarkStyles[c].name] = std::ranges::count(*features.landmarks, c, &Landmark::landmark_class);
+  if (features.roads) {
+    out["roads"] = features.roads->roads.size();
+    out["intersections"] = features.intersections.size();
+  }
+  return out;
+}
+
 void print_answer(const ordered_json& answer) {
   for (const auto& [group, values] : answer.items()) {
     fmt::print("{}\n", group);
@@ -225,11 +264,19 @@ void query(const QueryOptions& o) {
   if ((o.at.empty() ? 0 : 1) + (o.grid.empty() ? 0 : 1) + (o.bbox.empty() ? 0 : 1) != 1)
     throw Error(ExitCode::kUsage, "say where: one of --at LON,LAT, --grid E,N or --bbox W,S,E,N (or --manifest)");
   require_sound(o);
+  if (!o.draw.empty() && !o.output.ends_with(".png"))
+    throw Error(ExitCode::kUsage, "--draw: give the picture's name, -o NAME.png");
   const Pack pack = open_pack(o.pack, o.keys);
   const Question q = question_of(pack, o);
   const features::GridImage image = image_of(pack, o, q.region);
-  const ordered_json answer = answer_json(pack, o, q, image);
-  if (!o.output.empty()) write_grid_image(o.output, image, zone_of(pack));
+  ordered_json answer = answer_json(pack, o, q, image);
+  if (!o.draw.empty()) {
+    const DrawnFeatures features = features_of(pack, o, q.region);
+    answer["features"] = features_json(features);
+    write_picture(o.output, draw_features(picture_of(image), q.region, features));
+  } else if (!o.output.empty()) {
+    write_grid_image(o.output, image, zone_of(pack));
+  }
   if (o.json)
     fmt::print("{}\n", answer.dump(2));
   else
@@ -255,12 +302,14 @@ void add_query(CLI::App& app) {
   c->add_option("--layer", o->layer, "gray, overview, orientation, height, ...")->capture_default_str();
   c->add_option("--gsd", o->gsd, "wanted metres per pixel (default: the layer's finest)");
   c->add_option("-o,--output", o->output, "write the region: .png for people, .tif for programs");
+  c->add_option("--draw", o->draw, "landmarks, roads or both: draw them over the picture")->delimiter(',');
   c->add_option("--key", o->keys, "trusted public key file")->allow_extra_args(false);
   c->add_flag("--json", o->json, "print JSON");
   c->add_flag("--manifest", o->manifest, "print the manifest as JSON instead, as 'landfix info --json' does");
   c->footer(
       "Examples:\n"
       "  landfix query area.lfpack --at 34.93,31.30 --sigma 40 -o region.png\n"
+      "  landfix query area.lfpack --at 34.93,31.30 --sigma 100 --draw landmarks,roads -o landmarks.png\n"
       "  landfix query area.lfpack --grid 683900,3464000 --layer height --gsd 4 -o heights.tif\n"
       "  landfix query area.lfpack --bbox 34.92,31.29,34.94,31.31 --layer overview -o area.png");
   c->callback([o] { query(*o); });

@@ -106,12 +106,12 @@ lf_status read_by_type(const lf_pack* pack, const lf_region& r, const lf_layer_i
   return s;
 }
 
-void require_wrong_type(const lf_pack* pack, const lf_region& r, const lf_layer_info& layer) {
+void require_wrong_type(const lf_pack* pack, const lf_region& r, uint8_t type) {
   uint64_t nothing = 0;
-  if (layer.pixel_type != LF_U8) require(lf_read(pack, &r, &nothing, 0, 0) == LF_WRONG_TYPE);
-  if (layer.pixel_type != LF_BIT) require(lf_read_bits(pack, &r, &nothing, 0, 0, 0) == LF_WRONG_TYPE);
+  if (type != LF_U8) require(lf_read(pack, &r, &nothing, 0, 0) == LF_WRONG_TYPE);
+  if (type != LF_BIT) require(lf_read_bits(pack, &r, &nothing, 0, 0, 0) == LF_WRONG_TYPE);
   float none = 0;
-  if (layer.pixel_type != LF_I16) require(lf_read_heights(pack, &r, &none, 0, 0) == LF_WRONG_TYPE);
+  if (type != LF_I16) require(lf_read_heights(pack, &r, &none, 0, 0) == LF_WRONG_TYPE);
 }
 
 void ask_for_epochs(const lf_pack* pack, const lf_region& r, bool verified) {
@@ -136,7 +136,7 @@ void read_region(const lf_pack* pack, const lf_region& r, const lf_layer_info& l
                  bool verified) {
   if (uint64_t(r.width) * r.height > kMostPixels) return;
   const lf_status before = read_by_type(pack, r, layer);
-  require_wrong_type(pack, r, layer);
+  require_wrong_type(pack, r, layer.pixel_type);
   ask_for_epochs(pack, r, verified);
   const lf_status prepared = lf_prepare(pack, &r, before == LF_OK ? uint32_t(LF_PREPARE_COPY) : 0u);
   require(!verified || prepared == LF_OK);
@@ -149,12 +149,79 @@ void read_region(const lf_pack* pack, const lf_region& r, const lf_layer_info& l
   }
 }
 
+// Asks twice: for the counts, and with buffers of exactly that size.
+lf_status find_landmarks(const lf_pack* pack, uint32_t layer, const lf_feature_query& q, const lf_info& info) {
+  size_t count = 0;
+  const lf_status s = lf_find_landmarks(pack, layer, &q, nullptr, 0, &count);
+  if (s != LF_BUFFER_TOO_SMALL) return s;
+  std::vector<lf_landmark> landmarks(count);
+  require(lf_find_landmarks(pack, layer, &q, landmarks.data(), count, &count) == LF_OK && count == landmarks.size());
+  for (const lf_landmark& m : landmarks) {
+    require(m.landmark_class <= LF_PAVED && m.length_m >= m.width_m && m.width_m >= 0.5f);
+    require(m.confidence >= q.min_confidence && m.confidence <= 1 && m.source < int32_t(info.source_count));
+    require(std::isnan(m.orientation_rad) || (m.orientation_rad >= 0 && m.orientation_rad < 3.1416f));
+  }
+  return LF_OK;
+}
+
+lf_status find_roads(const lf_pack* pack, uint32_t layer, const lf_feature_query& q, const lf_info& info) {
+  size_t roads = 0, vertices = 0, crossings = 0;
+  const lf_status s = lf_find_roads(pack, layer, &q, nullptr, 0, &roads, nullptr, 0, &vertices);
+  if (s != LF_BUFFER_TOO_SMALL) return s;
+  std::vector<lf_road> lines(roads);
+  std::vector<lf_point> points(vertices);
+  require(lf_find_roads(pack, layer, &q, lines.data(), roads, &roads, points.data(), vertices, &vertices) == LF_OK);
+  for (const lf_road& r : lines) {
+    require(r.vertex_count >= 2 && r.first_vertex + r.vertex_count <= vertices &&
+            r.source < int32_t(info.source_count));
+    require(std::isfinite(r.length_m) && r.begin <= LF_ROAD_JOINT && r.end <= LF_ROAD_JOINT);
+  }
+  const lf_status of_crossings = lf_find_intersections(pack, layer, &q, nullptr, 0, &crossings);
+  require(of_crossings == (crossings > 0 ? LF_BUFFER_TOO_SMALL : LF_OK));
+  std::vector<lf_intersection> found(crossings);
+  require(lf_find_intersections(pack, layer, &q, found.data(), crossings, &crossings) == LF_OK);
+  for (const lf_intersection& i : found)
+    require(i.degree >= 3 && std::is_sorted(i.bearing_rad, i.bearing_rad + std::min(i.degree, uint32_t(LF_MAX_ARMS))));
+  return LF_OK;
+}
+
+void ask_for_features(const lf_pack* pack, const lf_info& info, uint32_t index, uint8_t type, bool verified) {
+  const lf_ellipse ellipse{(info.west_m + info.east_m) / 2, (info.south_m + info.north_m) / 2, 1e4, 5e3, 1e4, 3};
+  const lf_feature_query box{sizeof box, 0, info.west_m, info.south_m, info.east_m, info.north_m, nullptr, 0};
+  lf_feature_query around = box;
+  around.ellipse = &ellipse, around.class_mask = 5, around.min_confidence = 0.5f;
+  lf_region region;
+  if (lf_box_region(pack, index, box.west_m, box.south_m, box.east_m, box.north_m, 8, &region) != LF_OK) return;
+  if (uint64_t(region.width) * region.height > kMostPixels) return;
+  const auto find = [&](const lf_feature_query& q) {
+    return type == LF_LANDMARKS ? find_landmarks(pack, index, q, info) : find_roads(pack, index, q, info);
+  };
+  find(box);
+  require_wrong_type(pack, region, type);
+  ask_for_epochs(pack, region, verified);
+  const lf_status prepared = lf_prepare(pack, &region, 0);
+  require(!verified || prepared == LF_OK);
+  require((prepared == LF_OK) == (find(box) == LF_OK));
+  find(around);
+  uint64_t cursor = 0;
+  lf_tile tile;
+  require(lf_next_tile(pack, &region, nullptr, &cursor, &tile) != LF_OK);
+}
+
 void ask_for_regions(const lf_pack* pack, const lf_info& info, uint32_t index, bool verified) {
   lf_layer_info layer;
   require(lf_get_layer(pack, index, &layer) == LF_OK);
   touch(layer.name), touch(layer.description);
   uint32_t found;
   require(lf_find_layer(pack, layer.name, &found) == LF_OK && found == index);
+  size_t count;
+  const lf_feature_query anywhere{sizeof anywhere, 0, 0, 0, 1, 1, nullptr, 0};
+  if (layer.pixel_type != LF_LANDMARKS)
+    require(lf_find_landmarks(pack, index, &anywhere, nullptr, 0, &count) == LF_WRONG_TYPE);
+  if (layer.pixel_type != LF_ROADS)
+    require(lf_find_intersections(pack, index, &anywhere, nullptr, 0, &count) == LF_WRONG_TYPE);
+  if (layer.pixel_type == LF_LANDMARKS || layer.pixel_type == LF_ROADS)
+    return ask_for_features(pack, info, index, layer.pixel_type, verified);
   const double east = info.west_m + (info.east_m - info.west_m) / 2,
                north = info.south_m + (info.north_m - info.south_m) / 2;
   for (uint32_t k = 0; k < layer.level_count; ++k) {

@@ -45,7 +45,7 @@ typedef enum lf_status {
   LF_NOT_PREPARED = 12,  /* the layer is compressed there: call lf_prepare for the region first */
   LF_BUFFER_TOO_SMALL = 13,
   LF_REGION_TOO_LARGE = 14, /* more than LF_MAX_REGION_PIXELS: ask with a coarser gsd_m or a smaller ellipse */
-  LF_WRONG_TYPE = 15,       /* lf_read, lf_read_heights or lf_read_bits of a layer of another pixel type */
+  LF_WRONG_TYPE = 15,       /* a call for layers of another pixel type */
   LF_END = 16               /* of an iteration */
 } lf_status;
 
@@ -97,13 +97,19 @@ typedef struct lf_info {
   uint8_t public_key[32]; /* of the signer, if signed */
 } lf_info;
 
-typedef enum lf_pixel_type { LF_U8 = 0, LF_I16 = 1, LF_BIT = 2 /* every channel is one bit plane */ } lf_pixel_type;
+typedef enum lf_pixel_type {
+  LF_U8 = 0,
+  LF_I16 = 1,
+  LF_BIT = 2,       /* every channel is one bit plane */
+  LF_LANDMARKS = 3, /* no pixels but landmarks: lf_find_landmarks */
+  LF_ROADS = 4      /* no pixels but roads: lf_find_roads, lf_find_intersections */
+} lf_pixel_type;
 
 typedef struct lf_layer_info {
   const char* name;
   const char* description;
   uint8_t pixel_type; /* lf_pixel_type */
-  uint8_t channels;
+  uint8_t channels;   /* 0 where there are no pixels */
   int16_t nodata;
   uint32_t level_count;
 } lf_layer_info;
@@ -129,7 +135,7 @@ typedef struct lf_epoch_info {
 } lf_epoch_info;
 
 LF_API lf_status lf_get_info(const lf_pack* pack, lf_info* info);
-/* Index of a raster layer by name: "gray", "overview", "height", ... */
+/* Index of a layer by name: "gray", "overview", "height", "landmarks", ... */
 LF_API lf_status lf_find_layer(const lf_pack* pack, const char* name, uint32_t* layer);
 LF_API lf_status lf_get_layer(const lf_pack* pack, uint32_t layer, lf_layer_info* info);
 /* Levels of a layer, finest first. */
@@ -201,8 +207,92 @@ LF_API lf_status lf_next_tile(const lf_pack* pack, const lf_region* region, cons
 
 enum { LF_PREPARE_COPY = 1 /* also copy raw tiles to memory, so that no page fault is left */ };
 /* Verifies every tile of a region ahead of the flight, decodes what is compressed, and brings the rest into the page
- * cache. What it decodes stays in memory until lf_close. */
+ * cache. What it decodes stays in memory until lf_close. Regions of landmarks and roads are made as those of pixels
+ * (gsd_m is of no account), and must be prepared before they are asked for. */
 LF_API lf_status lf_prepare(const lf_pack* pack, const lf_region* region, uint32_t flags);
+
+/* --- landmarks and roads --- */
+
+/* What is asked for. Begin with zeros and set struct_size: that asks for everything in a box of no extent. */
+typedef struct lf_feature_query {
+  uint32_t struct_size;                    /* sizeof(lf_feature_query) */
+  uint32_t class_mask;                     /* of landmarks: bit c asks for class c; 0: all classes */
+  double west_m, south_m, east_m, north_m; /* a box, its western and southern edge included */
+  const lf_ellipse* ellipse;               /* not null: what lies in the ellipse instead of the box */
+  float min_confidence;                    /* 0 to 1 */
+} lf_feature_query;
+
+typedef enum lf_landmark_class {
+  LF_BUILDING = 0,
+  LF_FIELD = 1,
+  LF_TREE = 2,
+  LF_WATER = 3,
+  LF_PAVED = 4
+} lf_landmark_class;
+
+typedef struct lf_landmark {
+  double east_m, north_m;  /* its centre */
+  float length_m, width_m; /* of the rectangle around it; length_m >= width_m */
+  float orientation_rad;   /* of the length, clockwise from grid north, 0 to pi; NaN where it has none */
+  float confidence;        /* probability, 0 to 1, that it is there and of its class */
+  float distinctiveness_m; /* nothing of its class and like it in size is nearer than this */
+  int32_t source;          /* -1: seen in the images; else the vector source that knows of it, for lf_get_source */
+  uint16_t epochs_seen;    /* how many capture dates show it */
+  uint8_t landmark_class;  /* lf_landmark_class */
+  uint8_t reserved;
+} lf_landmark;
+
+/* Landmarks whose centre lies in the region, are of the classes asked for and at least as sure as asked for, each once:
+ * tile after tile from north to south and from west to east in a row, within a tile in its own fixed order. `count`
+ * tells how many there are, also where LF_BUFFER_TOO_SMALL says that `capacity` is less; the first `capacity` of them
+ * are written. `landmarks` may be null where `capacity` is 0. LF_NOT_PREPARED before lf_prepare of the region;
+ * LF_OUTSIDE_MAP where it does not meet the map's bounds. */
+LF_API lf_status lf_find_landmarks(const lf_pack* pack, uint32_t layer, const lf_feature_query* query,
+                                   lf_landmark* landmarks, size_t capacity, size_t* count);
+
+#define LF_MAX_ARMS 8
+
+/* Where three roads or more meet. */
+typedef struct lf_intersection {
+  double east_m, north_m;
+  uint32_t degree;                /* how many roads leave it; the first LF_MAX_ARMS of them are below */
+  float confidence;               /* probability, 0 to 1, that at least three do */
+  float bearing_rad[LF_MAX_ARMS]; /* in which they leave, clockwise from grid north, 0 to 2 pi, ascending; else 0 */
+  float width_m[LF_MAX_ARMS];
+} lf_intersection;
+
+/* As lf_find_landmarks. */
+LF_API lf_status lf_find_intersections(const lf_pack* pack, uint32_t layer, const lf_feature_query* query,
+                                       lf_intersection* intersections, size_t capacity, size_t* count);
+
+typedef enum lf_road_node {
+  LF_ROAD_END = 0,
+  LF_ROAD_INTERSECTION = 1,
+  LF_ROAD_BORDER = 2, /* of a tile: the road goes on as another one that begins or ends at the same place */
+  LF_ROAD_JOINT = 3   /* goes on as another road here, of another width, say */
+} lf_road_node;
+
+typedef struct lf_point {
+  double east_m, north_m;
+} lf_point;
+
+/* A stretch of road between two nodes. */
+typedef struct lf_road {
+  size_t first_vertex;   /* in the array of vertices of the same answer */
+  uint32_t vertex_count; /* 2 or more, both ends among them */
+  float width_m, length_m;
+  float confidence;   /* probability, 0 to 1, that there is a road */
+  int32_t source;     /* as of landmarks */
+  uint8_t begin, end; /* lf_road_node */
+  uint8_t reserved[2];
+} lf_road;
+
+/* Roads that touch the region (a box with all of its edges), whole and not cut to it, in the order of
+ * lf_find_landmarks. A road is written with all of its vertices or not at all; where LF_BUFFER_TOO_SMALL says that they
+ * do not all fit, the first ones that do are written. The counts are those of all roads. */
+LF_API lf_status lf_find_roads(const lf_pack* pack, uint32_t layer, const lf_feature_query* query, lf_road* roads,
+                               size_t road_capacity, size_t* road_count, lf_point* vertices, size_t vertex_capacity,
+                               size_t* vertex_count);
 
 /* --- how old is the map --- */
 

@@ -48,6 +48,18 @@ using Ellipse = lf_ellipse;
 using Region = lf_region;
 using Tile = lf_tile;
 using EpochRange = lf_epoch_range;
+using Landmark = lf_landmark;
+using Intersection = lf_intersection;
+using Road = lf_road;
+using Point = lf_point;
+
+/// What is asked of landmarks and roads: those in the ellipse or, without one, in the box.
+struct FeatureQuery {
+  std::optional<Ellipse> ellipse = {};
+  double west_m = 0, south_m = 0, east_m = 0, north_m = 0;
+  uint32_t class_mask = 0;   ///< of landmarks: bit c asks for class c (lf_landmark_class); 0: all
+  float min_confidence = 0;  ///< 0 to 1
+};
 
 struct Height {
   double height_m = 0;      ///< above the ellipsoid
@@ -147,6 +159,24 @@ class Pack {
   Result<EpochRange> epochs(const Region& region) const { return get<EpochRange>(lf_region_epochs, &region); }
   Status prepare(const Region& region, uint32_t flags = 0) const { return lf_prepare(pack_, &region, flags); }
 
+  /// Fills `out` from its front; `count` tells how many there are, also where the answer is LF_BUFFER_TOO_SMALL. See
+  /// lf_find_landmarks.
+  Status find_landmarks(uint32_t layer, const FeatureQuery& query, std::span<Landmark> out, size_t& count) const {
+    const lf_feature_query c = c_query(query);
+    return lf_find_landmarks(pack_, layer, &c, out.data(), out.size(), &count);
+  }
+  Status find_intersections(uint32_t layer, const FeatureQuery& query, std::span<Intersection> out,
+                            size_t& count) const {
+    const lf_feature_query c = c_query(query);
+    return lf_find_intersections(pack_, layer, &c, out.data(), out.size(), &count);
+  }
+  Status find_roads(uint32_t layer, const FeatureQuery& query, std::span<Road> roads, size_t& road_count,
+                    std::span<Point> vertices, size_t& vertex_count) const {
+    const lf_feature_query c = c_query(query);
+    return lf_find_roads(pack_, layer, &c, roads.data(), roads.size(), &road_count, vertices.data(), vertices.size(),
+                         &vertex_count);
+  }
+
   Result<Height> height(double east_m, double north_m) const {
     Height h;
     lf_height_source source;
@@ -178,6 +208,10 @@ class Pack {
     return {sizeof(lf_open_options), o.copy ? uint32_t(LF_OPEN_COPY) : 0u,
             o.trusted_keys.empty() ? nullptr : reinterpret_cast<const uint8_t(*)[32]>(o.trusted_keys.data()),
             o.trusted_keys.size()};
+  }
+  static lf_feature_query c_query(const FeatureQuery& q) {
+    return {sizeof(lf_feature_query),          q.class_mask,    q.west_m, q.south_m, q.east_m, q.north_m,
+            q.ellipse ? &*q.ellipse : nullptr, q.min_confidence};
   }
   template <typename T, typename Function, typename... Arguments>
   Result<T> get(Function function, Arguments... arguments) const {

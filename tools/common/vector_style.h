@@ -1,0 +1,11 @@
+// How QGIS draws exported landmarks and roads.
+#pragma once
+
+#include <string>
+
+namespace landfix::tools {
+
+/// QGIS's style file (QML) for "landmarks" (by class), "roads" or "intersections".
+std::string qgis_style(const std::string& layer);
+
+}  // namespace landfix::tools
