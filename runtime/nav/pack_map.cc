@@ -26,6 +26,16 @@ void leave_out_if_full(features::GridImage& window) {
   if (cv::countNonZero(window.valid) == int(window.valid.total())) window.valid.release();
 }
 
+/// Gives an image the georeference of the region that is to be read into it, or says why there is none.
+nav::Status place(const Result<Region>& region, features::GridImage& image) {
+  if (!region) return region.status() == LF_OUTSIDE_MAP ? nav::Status::kOutsideMap : nav::Status::kMapError;
+  if (double(region->width) * region->height > kMaxPixels) return nav::Status::kTooLarge;
+  image.west_m = region->west_m;
+  image.north_m = region->north_m;
+  image.gsd_m = region->gsd_m;
+  return nav::Status::kOk;
+}
+
 }  // namespace
 
 PackMap::PackMap(const Pack& pack)
@@ -68,12 +78,8 @@ nav::Status PackMap::read(MapLayer which, double west_m, double south_m, double 
   const Layer& layer = layers_[size_t(which)];
   if (!layer.present) return nav::Status::kNoLayer;
   const Result<Region> region = pack_.box(layer.index, west_m, south_m, east_m, north_m, gsd_m);
-  if (!region) return region.status() == LF_OUTSIDE_MAP ? nav::Status::kOutsideMap : nav::Status::kMapError;
-  if (double(region->width) * region->height > kMaxPixels) return nav::Status::kTooLarge;
+  if (const nav::Status s = place(region, window); s != nav::Status::kOk) return s;
   try {
-    window.west_m = region->west_m;
-    window.north_m = region->north_m;
-    window.gsd_m = region->gsd_m;
     const nav::Status status =
         which == MapLayer::kOrientation ? read_orientation(*region, window) : read_bytes(layer, *region, window);
     if (status != nav::Status::kOk) return status;
@@ -94,12 +100,8 @@ nav::Status PackMap::read_heights(double west_m, double south_m, double east_m, 
                                   features::GridImage& heights) const {
   if (!heights_.present) return nav::Status::kNoLayer;
   const Result<Region> region = pack_.box(heights_.index, west_m, south_m, east_m, north_m, gsd_m);
-  if (!region) return region.status() == LF_OUTSIDE_MAP ? nav::Status::kOutsideMap : nav::Status::kMapError;
-  if (double(region->width) * region->height > kMaxPixels) return nav::Status::kTooLarge;
+  if (const nav::Status s = place(region, heights); s != nav::Status::kOk) return s;
   try {
-    heights.west_m = region->west_m;
-    heights.north_m = region->north_m;
-    heights.gsd_m = region->gsd_m;
     heights.pixels.create(int(region->height), int(region->width), CV_32FC1);
     heights.valid.release();
     const std::span<float> out(heights.pixels.ptr<float>(), heights.pixels.total());

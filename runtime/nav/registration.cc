@@ -191,6 +191,14 @@ std::vector<Candidate> highest_peaks(const GridImage& surface, size_t count) {
   return found;
 }
 
+/// Puts the scores of one surface into another of its shape where they are higher; returns where they are.
+cv::Mat keep_better(const GridImage& from, GridImage& into) {
+  const cv::Mat better = (from.pixels > into.pixels) & from.valid;
+  from.pixels.copyTo(into.pixels, better);
+  into.valid |= from.valid;
+  return better;
+}
+
 cv::Point pixel_of(const GridImage& image, double east_m, double north_m) {
   return {std::clamp(int(std::lround(image.column_of(east_m))), 0, image.pixels.cols - 1),
           std::clamp(int(std::lround(image.row_of(north_m))), 0, image.pixels.rows - 1)};
@@ -386,10 +394,7 @@ Status Registrar::State::match_all(Level& level, const RegistrationPrior& prior,
       combined.valid = level.surface.valid.clone();
       which = cv::Mat(combined.pixels.size(), CV_8U, cv::Scalar(0));
     } else {
-      const cv::Mat better = (level.surface.pixels > combined.pixels) & level.surface.valid;
-      level.surface.pixels.copyTo(combined.pixels, better);
-      which.setTo(double(similarities.size()), better);
-      combined.valid |= level.surface.valid;
+      which.setTo(double(similarities.size()), keep_better(level.surface, combined));
     }
     similarities.push_back(similarity);
   }
@@ -464,9 +469,7 @@ Status Registrar::State::refine_all(Level& level, std::vector<Candidate>& candid
 Status Registrar::State::look_again(Level& level, const Similarity& similarity, Registration& out) {
   if (const Status s = level.matcher->match(similarity, level.surface); s != Status::kOk) return s;
   level.surface.pixels -= penalty(similarity);
-  const cv::Mat better = (level.surface.pixels > out.surface.pixels) & level.surface.valid;
-  level.surface.pixels.copyTo(out.surface.pixels, better);
-  out.surface.valid |= level.surface.valid;
+  keep_better(level.surface, out.surface);
   return Status::kOk;
 }
 

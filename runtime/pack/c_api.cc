@@ -76,9 +76,8 @@ const char* lf_status_text(lf_status status) {
     case LF_REGION_TOO_LARGE:
       return "the region has too many pixels; ask for a smaller one or a coarser GSD";
     case LF_WRONG_TYPE:
-      return "the layer's pixels are of another type: pixels, heights, bit planes, landmarks and roads are read with a "
-             "call "
-             "of their own each";
+      return "the layer's pixels are of another type: pixels, heights, bit planes, landmarks and roads are read with "
+             "a call of their own each";
     case LF_END:
       return "no more tiles";
   }

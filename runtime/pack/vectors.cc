@@ -206,6 +206,28 @@ bool touches(const Search& search, std::span<const lf_point> line) {
   return false;
 }
 
+// Features at one place each, in the order of the tiles: all are counted, the first are written to `out`.
+template <typename Tile, typename Feature, typename Wanted>
+lf_status find_points(const lf_pack& pack, uint32_t layer, lf_pixel_type type, const lf_feature_query& query,
+                      std::span<const Feature> (Tile::*features)() const, Wanted wanted, std::span<Feature> out,
+                      size_t& count) {
+  Search search;
+  tiles::Ellipse ellipse;
+  if (const lf_status s = begin_search(pack, layer, type, query, ellipse, search); s != LF_OK) return s;
+  size_t found = 0;
+  const lf_status s = for_each_tile<Tile>(pack, search, [&](const Tile& tile) {
+    for (const Feature& f : (tile.*features)()) {
+      const bool sure = f.confidence >= search.min_confidence;
+      if (!sure || !wanted(search, f) || !search.holds(f.east_m, f.north_m)) continue;
+      if (found < out.size()) out[found] = f;
+      ++found;
+    }
+  });
+  if (s != LF_OK) return s;
+  count = found;
+  return found > out.size() ? LF_BUFFER_TOO_SMALL : LF_OK;
+}
+
 }  // namespace
 
 std::span<const lf_landmark> LandmarkTile::landmarks() const {
@@ -231,39 +253,16 @@ lf_status decode_features(const lf_pack& pack, const Layer& layer, const tiles::
 
 lf_status find_landmarks(const lf_pack& pack, uint32_t layer, const lf_feature_query& query, std::span<lf_landmark> out,
                          size_t& count) {
-  Search search;
-  tiles::Ellipse ellipse;
-  if (const lf_status s = begin_search(pack, layer, LF_LANDMARKS, query, ellipse, search); s != LF_OK) return s;
-  size_t found = 0;
-  const lf_status s = for_each_tile<LandmarkTile>(pack, search, [&](const LandmarkTile& tile) {
-    for (const lf_landmark& m : tile.landmarks()) {
-      const bool wanted = search.class_mask >> m.landmark_class & 1 && m.confidence >= search.min_confidence;
-      if (!wanted || !search.holds(m.east_m, m.north_m)) continue;
-      if (found < out.size()) out[found] = m;
-      ++found;
-    }
-  });
-  if (s != LF_OK) return s;
-  count = found;
-  return found > out.size() ? LF_BUFFER_TOO_SMALL : LF_OK;
+  return find_points<LandmarkTile, lf_landmark>(
+      pack, layer, LF_LANDMARKS, query, &LandmarkTile::landmarks,
+      [](const Search& search, const lf_landmark& m) { return search.class_mask >> m.landmark_class & 1; }, out, count);
 }
 
 lf_status find_intersections(const lf_pack& pack, uint32_t layer, const lf_feature_query& query,
                              std::span<lf_intersection> out, size_t& count) {
-  Search search;
-  tiles::Ellipse ellipse;
-  if (const lf_status s = begin_search(pack, layer, LF_ROADS, query, ellipse, search); s != LF_OK) return s;
-  size_t found = 0;
-  const lf_status s = for_each_tile<RoadTile>(pack, search, [&](const RoadTile& tile) {
-    for (const lf_intersection& i : tile.intersections()) {
-      if (i.confidence < search.min_confidence || !search.holds(i.east_m, i.north_m)) continue;
-      if (found < out.size()) out[found] = i;
-      ++found;
-    }
-  });
-  if (s != LF_OK) return s;
-  count = found;
-  return found > out.size() ? LF_BUFFER_TOO_SMALL : LF_OK;
+  return find_points<RoadTile, lf_intersection>(
+      pack, layer, LF_ROADS, query, &RoadTile::intersections,
+      [](const Search&, const lf_intersection&) { return true; }, out, count);
 }
 
 lf_status find_roads(const lf_pack& pack, uint32_t layer, const lf_feature_query& query, const RoadBuffers& out,

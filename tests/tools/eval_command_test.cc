@@ -1,13 +1,12 @@
 // `landfix eval` as a user runs it: two seasons of a procedural world, one as the map and one as the camera.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/tools/command.h"
 #include "tests/tools/eval_world.h"
 
 namespace landfix::eval {
@@ -16,10 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct Outcome {
-  int code = -1;
-  std::string out;  ///< standard output, then standard error
-};
+using tests::Outcome;
 
 class EvalCommand : public EvalTest {
  protected:
@@ -31,27 +27,15 @@ class EvalCommand : public EvalTest {
     ASSERT_EQ(built.code, 0) << text("build.log");
   }
 
-  /// Standard error goes to a file; without a name it follows the output.
   Outcome run(const std::string& arguments, const std::string& errors = "") const {
-    const std::string command =
-        "cd " + folder_.string() + " && " LANDFIX_PROGRAM " " + arguments + (errors.empty() ? " 2>&1" : " 2>" + errors);
-    Outcome outcome;
-    std::FILE* pipe = popen(command.c_str(), "r");
-    char buffer[4096];
-    for (size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
-    const int status = pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
+    return tests::run_landfix(folder_.string(), arguments, errors);
   }
   std::string text(const std::string& name) const {
     std::ifstream in(path(name));
     return {std::istreambuf_iterator<char>(in), {}};
   }
   void expect_refusal(const std::string& arguments, int code, const std::vector<std::string>& words) const {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, code) << outcome.out;
-    for (const std::string& word : words)
-      EXPECT_NE(outcome.out.find(word), std::string::npos) << word << ": " << outcome.out;
+    tests::expect_refusal(run(arguments), code, words);
   }
 };
 

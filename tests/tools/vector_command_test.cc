@@ -2,10 +2,8 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <ogrsf_frmts.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +12,7 @@
 
 #include "tests/pack/draw.h"
 #include "tests/pack/patch.h"
+#include "tests/tools/command.h"
 #include "tiles/geodesy.h"
 
 namespace landfix {
@@ -25,10 +24,7 @@ using std::numbers::pi;
 constexpr double kWest = 1952 * 256.0, kSouth = 19528 * 256.0;  // zone 32 north
 constexpr int kDone = 0, kUsage = 2, kBadPack = 4, kNoData = 6;
 
-struct Outcome {
-  int code = -1;
-  std::string out;  ///< standard output, then standard error
-};
+using tests::Outcome;
 
 // 256 m of even gray with a house, a tree and a crossing of four in it.
 tests::Drawing drawing() {
@@ -60,26 +56,14 @@ class VectorCommand : public testing::Test {
     GDALAllRegister();
   }
   std::string path(const std::string& name) const { return folder_.file(name); }
-  Outcome run(const std::string& arguments) const {
-    const std::string command = "cd " + folder_.file("") + " && " LANDFIX_PROGRAM " " + arguments + " 2>&1";
-    Outcome outcome;
-    std::FILE* pipe = popen(command.c_str(), "r");
-    char buffer[4096];
-    for (size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
-    const int status = pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
-  }
+  Outcome run(const std::string& arguments) const { return tests::run_landfix(folder_.file(""), arguments); }
   json json_of(const std::string& arguments) const {
     const Outcome done = run(arguments);
     EXPECT_EQ(done.code, kDone) << done.out;
     return json::parse(done.out, nullptr, false);
   }
   void expect_refusal(const std::string& arguments, int code, const std::vector<std::string>& words) const {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, code) << outcome.out;
-    for (const std::string& word : words)
-      EXPECT_NE(outcome.out.find(word), std::string::npos) << word << ": " << outcome.out;
+    tests::expect_refusal(run(arguments), code, words);
   }
   bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
   GDALDatasetUniquePtr open(const std::string& name) const {

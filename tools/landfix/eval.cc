@@ -186,6 +186,12 @@ void run_photos(PhotosArguments a) {
   write_results(a.output, eval::to_text(photos), json);
 }
 
+void add_threads(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "Threads; 0 for all cores")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
 void add_output(CLI::App& command, Output& o) {
   command
       .add_flag("--json{-}", o.json_file,
@@ -249,9 +255,7 @@ void add_register(CLI::App& eval_command) {
       ->capture_default_str();
   sub->add_option("--rim-px", o.rim_px, "Pixels around the template that serve the operators and do not vote")
       ->capture_default_str();
-  sub->add_option("--threads", o.threads, "Threads; 0 for all cores")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  add_threads(*sub, o.threads);
   add_matcher(*sub, a.matchers, a.gate);
   add_samples(*sub, a.output);
   sub->add_option("--picture", a.output.picture, "Draw where templates were found and refused")->type_name("FILE.png");
@@ -284,9 +288,7 @@ void add_pairs(CLI::App& eval_command) {
   sub->add_option("--rim-px", o.rim_px, "Pixels around the template that serve the operators and do not vote")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
-  sub->add_option("--threads", o.threads, "Threads; 0 for all cores")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  add_threads(*sub, o.threads);
   add_matcher(*sub, a.matchers, a.gate);
   add_samples(*sub, a.output);
   add_output(*sub, a.output);
@@ -328,9 +330,7 @@ void add_photos(CLI::App& eval_command) {
   sub->add_option("--gate", a.gate, "none, standard or strict")
       ->check(CLI::IsMember({"none", "standard", "strict"}))
       ->capture_default_str();
-  sub->add_option("--threads", o.threads, "Threads; 0 for all cores")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  add_threads(*sub, o.threads);
   sub->add_option("--picture", a.output.picture, "Draw the photographs over the map")->type_name("FILE.png");
   add_output(*sub, a.output);
   sub->footer(R"(
