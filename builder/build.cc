@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <span>
@@ -19,6 +20,7 @@
 #include "builder/catalog/catalog.h"
 #include "builder/catalog/hash.h"
 #include "builder/error.h"
+#include "builder/export/vector_layers.h"
 #include "builder/layers/stack.h"
 #include "builder/layers/window.h"
 #include "builder/plan.h"
@@ -31,7 +33,7 @@ using catalog::FinishedTile;
 using catalog::Job;
 using schema::TileRecord;
 
-constexpr char kSourceStage[] = "source", kHalvedStage[] = "halved";
+constexpr char kSourceStage[] = "source", kHalvedStage[] = "halved", kVectorStage[] = "vectors";
 constexpr size_t kParentsPerJob = 16;
 constexpr double kBlockPixels =
     double(tiles::kTilePixels << layers::kBlockLog2) * (tiles::kTilePixels << layers::kBlockLog2);
@@ -57,8 +59,10 @@ class Run {
     for (const auto& entry : plan_.sources) make_source_tiles(entry.first, entry.second);
     for (const auto& entry : plan_.halved) make_halved_tiles(entry.first, entry.second);
     make_levels();
+    make_vector_tiles();
   }
   double megapixels() const { return megapixels_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   using Compute = std::function<std::vector<FinishedTile>(const Work&)>;
@@ -75,6 +79,7 @@ class Run {
   void add_halved(const ingest::Stack& images, const tiles::TileIndex& block, std::vector<FinishedTile>& out) const;
   void make_levels();
   void make_level(const LayerPlan& layer, int level);
+  void make_vector_tiles();
   FinishedTile parent_tile(const LayerPlan& layer, int level, std::span<const TileRecord> children) const;
   FinishedTile encode(const LayerPlan& layer, const tiles::TileIndex& tile, const layers::TileData& data) const;
   layers::TileData decode(const LayerPlan& layer, const TileRecord& record) const;
@@ -87,6 +92,7 @@ class Run {
   int threads_;
   size_t jobs_ = 0;
   double megapixels_ = 0;
+  std::vector<std::string> warnings_;
 };
 
 // Jobs start in order, run in parallel and end one by one in the catalog. At most two per thread are in flight.
@@ -288,6 +294,20 @@ void Run::make_level(const LayerPlan& layer, int level) {
   });
 }
 
+// One job: the plan holds all that is known, and its tiles are small. Known landmarks come first: what is added to them
+// (landmarks::add_new) counts where nothing is known. How distinctive one is depends on all of them.
+void Run::make_vector_tiles() {
+  if (!plan_.landmarks && !plan_.roads) return;
+  std::vector<tiles::Landmark> landmarks = plan_.known.landmarks;
+  tiles::measure_distinctiveness(landmarks, kDistinctRadius_m);
+  std::vector<FinishedTile> tiles;
+  if (plan_.landmarks) tiles = exporter::landmark_tiles(landmarks, {}, &warnings_);
+  if (plan_.roads)
+    std::ranges::move(exporter::road_tiles(plan_.known.roads, {}, &warnings_), std::back_inserter(tiles));
+  for (const std::string& warning : warnings_) progress_.say("warning: " + warning);
+  run_jobs({{{kVectorStage, tiles::kVectorLevel, 0}, 1}}, [&](const Work&) { return std::move(tiles); });
+}
+
 // Without data where the children leave none.
 FinishedTile Run::parent_tile(const LayerPlan& layer, int level, std::span<const TileRecord> children) const {
   std::array<layers::TileData, 4> quadrants;
@@ -349,7 +369,22 @@ exporter::PackDescription collect(const Plan& plan, const Catalog& catalog, std:
       if (out.tiles) summary.back().levels.push_back(out);
     }
   }
+  for (size_t i = plan.layers.size(); i < pack.layers.size(); ++i) {
+    exporter::PackLevel& level = pack.layers[i].levels.front();
+    level.tiles = catalog.tiles(pack.layers[i].name, level.level);
+    LevelSummary out{level.level};
+    for (const TileRecord& tile : level.tiles) ++out.tiles, out.bytes += tile.length;
+    summary.push_back({pack.layers[i].name, tiles::Codec::kVector, {}});
+    if (out.tiles) summary.back().levels.push_back(out);
+  }
   return pack;
+}
+
+std::vector<std::string> known_lines(const Plan& plan) {
+  std::vector<std::string> lines;
+  if (plan.landmarks) lines.push_back("landmarks: " + landmarks::text_of(plan.known.landmarks));
+  if (plan.roads) lines.push_back("roads: " + landmarks::text_of(plan.known.roads));
+  return lines;
 }
 
 // The last step of every build.
@@ -429,6 +464,7 @@ BuildSummary run(const BuildOptions& options, Progress& progress, const Plan& pl
   }
   const exporter::PackStatistics statistics = merge(options, progress, pack, catalog);
   catalog.remove();
+  summary.known = known_lines(plan);
   summary.zone = plan.images->zone();
   summary.gsd_m = tiles::gsd_of(plan.image_level);
   summary.area_km2 = area_km2(plan, summary.layers);
@@ -438,6 +474,7 @@ BuildSummary run(const BuildOptions& options, Progress& progress, const Plan& pl
   summary.resumed_jobs = catalog.jobs_found();
   summary.megapixels = run.megapixels();
   summary.warnings = plan.warnings;
+  summary.warnings.insert(summary.warnings.end(), run.warnings().begin(), run.warnings().end());
   summary.shifts = plan.shifts;
   return summary;
 }

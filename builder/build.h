@@ -13,6 +13,7 @@
 
 #include "builder/ingest/alignment.h"
 #include "builder/ingest/source.h"
+#include "builder/landmarks/known.h"
 #include "builder/progress.h"
 #include "tiles/codec.h"
 #include "tiles/geodesy.h"
@@ -22,13 +23,14 @@ namespace landfix {
 struct BuildOptions {
   std::vector<ingest::SourceOptions> images;
   std::optional<ingest::SourceOptions> elevation;
+  std::vector<landmarks::VectorInput> vectors;  ///< known landmarks and roads; of what several know the first is taken
   std::string
       area_file;     ///< polygons of a vector file; at most one of area_file and bbox. Neither: what the images cover
   std::string bbox;  ///< "W,S,E,N" in degrees
   std::optional<tiles::Zone> zone;             ///< absent: the standard zone of the images' centre
   std::optional<double> gsd_m;                 ///< a power of two; absent: the one nearest to the finest image's
   std::string set;                             ///< of layers (see layer_set.h); empty: "all"
-  std::vector<std::string> layers;             ///< names from the registry, instead of a set
+  std::vector<std::string> layers;             ///< names from the registry, "landmarks" and "roads", instead of a set
   std::map<std::string, tiles::Codec> codecs;  ///< by layer, instead of the set's or the layer's own
   std::optional<int> jpeg_quality;             ///< instead of the set's
   bool align = false;                          ///< remove the shifts between images that are measured
@@ -73,6 +75,7 @@ struct ShiftSummary {
 
 struct BuildSummary {
   std::vector<LayerSummary> layers;
+  std::vector<std::string> known;  ///< what vector layers hold: "landmarks: 123 buildings", "roads: 4.5 km, ..."
   tiles::Zone zone;
   double gsd_m = 0;
   double area_km2 = 0;  ///< of the bounds, or of the tiles where that is less

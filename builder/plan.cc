@@ -9,6 +9,7 @@
 
 #include "builder/catalog/hash.h"
 #include "builder/error.h"
+#include "builder/export/vector_layers.h"
 #include "builder/hex.h"
 #include "builder/ingest/geoid.h"
 #include "builder/ingest/zone.h"
@@ -77,6 +78,8 @@ std::vector<std::string> all_names() {
   for (const layers::RasterLayer* layer : layers::registry()) names.push_back(layer->info().name);
   return names;
 }
+
+bool is_vector_layer(const std::string& name) { return name == exporter::kLandmarks || name == exporter::kRoads; }
 
 void require_known(const std::string& name, const char* option) {
   if (!layers::find(name))
@@ -152,7 +155,13 @@ void require_built(const std::string& layer, tiles::Codec codec, const BuildOpti
 }
 
 void choose_layers(const BuildOptions& options, Plan& plan) {
-  for (const std::string& name : options.layers) require_known(name, "--layers");
+  for (const std::string& name : options.layers)
+    if (!is_vector_layer(name))
+      require_known(name, "--layers");
+    else if (options.vectors.empty())
+      throw Error(ExitCode::kUsage, fmt::format("--layers {}: this layer needs known vector data; give it with "
+                                                "--vectors",
+                                                name));
   for (const auto& entry : options.codecs) require_known(entry.first, "--codec");
   for (const layers::RasterLayer* layer : layers::registry()) {
     if (!is_wanted(layer->info(), options, plan)) continue;
@@ -194,6 +203,23 @@ std::vector<std::string> names_of(const std::vector<ingest::Source>& sources) {
   return names;
 }
 
+// Whether a vector layer goes into the pack; one that the inputs say nothing of does only if it was asked for.
+bool is_wanted(const char* layer, bool is_known, const BuildOptions& options) {
+  return options.layers.empty() ? is_known : std::ranges::count(options.layers, layer) > 0;
+}
+
+void read_vectors(const BuildOptions& options, Plan& plan) {
+  if (options.vectors.empty()) return;
+  exporter::PackDescription& d = plan.description;
+  plan.known = landmarks::read_known(options.vectors, d.zone, d.bounds);
+  plan.landmarks = is_wanted(exporter::kLandmarks, plan.known.has_landmarks, options);
+  plan.roads = is_wanted(exporter::kRoads, plan.known.has_roads, options);
+  if (plan.landmarks) d.layers.push_back(exporter::landmarks_layer());
+  if (plan.roads) d.layers.push_back(exporter::roads_layer());
+  for (const ingest::Source& source : plan.known.sources) d.sources.push_back({exporter::SourceRole::kVector, source});
+  plan.warnings.insert(plan.warnings.end(), plan.known.warnings.begin(), plan.known.warnings.end());
+}
+
 std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOptions& options, const Plan& plan) {
   std::vector<std::pair<std::string, std::string>> out;
   out.emplace_back("area", area_text(options));
@@ -212,6 +238,13 @@ std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOption
   const std::vector<std::string> labels = labels_of(names_of(sources));
   for (size_t i = 0; i < sources.size(); ++i)
     if (sources[i].nodata) out.emplace_back("nodata." + labels[i], fmt::format("{}", *sources[i].nodata));
+  for (size_t i = 0; i < options.vectors.size(); ++i) {
+    const landmarks::VectorInput& input = options.vectors[i];
+    out.emplace_back(fmt::format("vectors.{}", i + 1),
+                     fmt::format("{}{}{}={}", plan.known.sources[i].name, input.layer.empty() ? "" : ":", input.layer,
+                                 input.kind ? landmarks::name_of(*input.kind) : "by tags or name"));
+  }
+  if (plan.landmarks) out.emplace_back("landmarks.distinct_radius_m", fmt::format("{}", kDistinctRadius_m));
   for (const ShiftSummary& s : plan.shifts)
     out.emplace_back("shift." + s.image, s.text + (s.removed ? ", removed" : ""));
   return out;
@@ -236,6 +269,7 @@ ingest::GridBounds bounds_of_data(const Plan& plan) {
         intersection(touched, ingest::bounds_of(ingest::pixels_covering(input, layer.base_level)));
     if (!data.empty()) bounds.extend(data);
   }
+  if (bounds.empty()) bounds = plan.area->bounds();
   return bounds;
 }
 
@@ -248,6 +282,7 @@ void describe(const BuildOptions& options, Plan& plan) {
   for (const ingest::Source& source : plan.images->sources())
     d.sources.push_back({exporter::SourceRole::kImage, source});
   if (plan.elevation) d.sources.push_back({exporter::SourceRole::kElevation, plan.elevation->source()});
+  read_vectors(options, plan);
   for (const ingest::EpochInfo& epoch : plan.images->epochs())
     d.epochs.push_back({epoch.date, {epoch.sources.begin(), epoch.sources.end()}});
   ingest::GeoidResult geoid = ingest::make_geoid_grid(d.zone, d.bounds);
@@ -266,6 +301,7 @@ std::string fingerprint_of(const Plan& plan) {
                                  d.bounds.south_m, d.bounds.east_m, d.bounds.north_m);
   for (const auto& [name, value] : d.parameters) text += fmt::format("{}={}\n", name, value);
   for (const LayerPlan& l : plan.layers) text += fmt::format("{} {} {}\n", l.info().name, l.base_level, l.top_level);
+  text += fmt::format("landmarks {} roads {}\n", plan.landmarks, plan.roads);
   for (const exporter::PackSource& s : d.sources) {
     text += fmt::format("{} {} {} {} {}", int(s.role), s.source.sha256, s.source.date, s.source.crs,
                         s.source.vertical_datum);

@@ -13,10 +13,14 @@
 #include "builder/ingest/area.h"
 #include "builder/ingest/elevation.h"
 #include "builder/ingest/image_set.h"
+#include "builder/landmarks/known.h"
 #include "builder/layer_set.h"
 #include "builder/layers/layer.h"
 
 namespace landfix {
+
+/// Radius within which landmarks are told apart (tiles::measure_distinctiveness): the greatest that a pack keeps.
+inline constexpr double kDistinctRadius_m = 512;
 
 struct LayerPlan {
   const layers::RasterLayer* layer = nullptr;
@@ -32,7 +36,9 @@ struct Plan {
   std::unique_ptr<ingest::ElevationModel> elevation;  ///< absent: none was given
   std::unique_ptr<ingest::Area> area;
   int image_level = 0;
-  std::vector<LayerPlan> layers;  ///< in the order of the pack
+  std::vector<LayerPlan> layers;  ///< in the order of the pack, which vector layers follow
+  landmarks::Known known;
+  bool landmarks = false, roads = false;  ///< whether the pack has these layers
   /// By level of the source window: indices of the layers that are computed from the inputs there.
   std::map<int, std::vector<size_t>> sources;
   /// By level above the imagery's: indices of the layers that are computed from the epochs halved down to it.

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "builder/catalog/catalog.h"
@@ -23,12 +24,16 @@ PackLayer roads_layer();
 using EpochsOfTile = std::function<catalog::EpochSet(const tiles::TileIndex&)>;
 
 /// The tiles of all landmarks, by ascending key: finished but for the offset. The same tiles whatever the order of the
-/// landmarks. Those off the grid are left out; of a tile with more than tiles::kMaxTileFeatures the surest are kept.
+/// landmarks. Those off the grid are left out. Of a tile with more than tiles::kMaxTileFeatures the surest are kept, of
+/// these the most distinctive, of these the longest, of these some from all over the tile; `warnings`, where given,
+/// says how many are not.
 std::vector<catalog::FinishedTile> landmark_tiles(std::span<const tiles::Landmark> landmarks,
-                                                  const EpochsOfTile& epochs = {});
+                                                  const EpochsOfTile& epochs = {},
+                                                  std::vector<std::string>* warnings = nullptr);
 
-/// The tiles of a whole graph, cut by tiles::cut_roads(). Throws Error (kBadInput) where a tile would have more nodes,
-/// edges or vertices than a tile can hold.
-std::vector<catalog::FinishedTile> road_tiles(const tiles::RoadGraph& graph, const EpochsOfTile& epochs = {});
+/// The tiles of a whole graph, cut by tiles::cut_roads(). Where a tile would have more nodes, edges or vertices than it
+/// can hold the widest roads are kept, of these the longest stretches; `warnings`, where given, says how many are not.
+std::vector<catalog::FinishedTile> road_tiles(const tiles::RoadGraph& graph, const EpochsOfTile& epochs = {},
+                                              std::vector<std::string>* warnings = nullptr);
 
 }  // namespace landfix::exporter

@@ -39,26 +39,24 @@ bool has_extension(const std::string& path, const char* extension) {
   return EQUAL(CPLGetExtension(path.c_str()), extension);
 }
 
-/// Adds the files of a raster, each once; those of a VRT inside a VRT as well.
-void list_files(const std::string& path, std::vector<std::string>& files) {
-  const GDALDatasetUniquePtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+/// Adds the files of a dataset, each once; those of a VRT inside a VRT as well.
+void list_files(const std::string& path, unsigned kind, std::vector<std::string>& files) {
+  const GDALDatasetUniquePtr dataset(GDALDataset::Open(path.c_str(), kind | GDAL_OF_READONLY));
   if (!dataset) throw Error(ExitCode::kIo, fmt::format("{}: cannot be opened", path));
   const CPLStringList list(dataset->GetFileList());
   for (int i = 0; i < list.size(); ++i) {
     const std::string file = list[i];
     if (has_extension(file, "ovr") || std::find(files.begin(), files.end(), file) != files.end()) continue;
     files.push_back(file);
-    if (file != path && has_extension(file, "vrt")) list_files(file, files);
+    if (file != path && has_extension(file, "vrt")) list_files(file, kind, files);
   }
 }
 
-}  // namespace
-
-std::string raster_sha256(const std::string& path) {
+std::string dataset_sha256(const std::string& path, unsigned kind) {
   setup_gdal();
   const GdalMessages messages;
   std::vector<std::string> files;
-  list_files(path, files);
+  list_files(path, kind, files);
   if (files.empty())
     throw Error(ExitCode::kBadInput, fmt::format("{}: is not a file, so it cannot be identified by a hash", path));
   if (files.size() == 1) return hex(file_digest(files[0]));
@@ -72,5 +70,11 @@ std::string raster_sha256(const std::string& path) {
   crypto_hash_sha256_final(&state, d.data());
   return hex(d);
 }
+
+}  // namespace
+
+std::string raster_sha256(const std::string& path) { return dataset_sha256(path, GDAL_OF_RASTER); }
+
+std::string vector_sha256(const std::string& path) { return dataset_sha256(path, GDAL_OF_VECTOR); }
 
 }  // namespace landfix::ingest

@@ -10,4 +10,7 @@ namespace landfix::ingest {
 /// order. Throws Error (kIo).
 std::string raster_sha256(const std::string& path);
 
+/// The same of a vector file: a Shapefile, say, consists of several files.
+std::string vector_sha256(const std::string& path);
+
 }  // namespace landfix::ingest

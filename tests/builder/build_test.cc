@@ -2,6 +2,7 @@
 #include "builder/build.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -168,6 +169,67 @@ TEST_F(BuildTest, GivesTheSameBytesWithAnyNumberOfThreads) {
   ASSERT_EQ(summary.layers.size(), 7u);
   EXPECT_EQ(summary.layers[6].levels.front().level, 1);  // heights of 2 m under imagery of 1 m
   EXPECT_EQ(bytes_of_file(one.output), bytes_of_file(four.output));
+}
+
+TEST_F(BuildTest, PutsKnownLandmarksAndRoadsIntoThePack) {
+  const auto geojson = [&](const std::string& name, const char* type, const char* coordinates) {
+    return write_text(name, fmt::format(R"({{"type":"FeatureCollection","crs":{{"type":"name","properties":{{"name":)"
+                                        R"("urn:ogc:def:crs:EPSG::32636"}}}},"features":[{{"type":"Feature",)"
+                                        R"("properties":{{}},"geometry":{{"type":"{}","coordinates":{}}}}}]}})",
+                                        type, coordinates));
+  };
+  const std::string houses = geojson("buildings.geojson", "Polygon",
+                                     "[[[600100,3499900],[600140,3499900],[600140,3499880],[600100,3499880],"
+                                     "[600100,3499900]]]");
+  const std::string streets = geojson("streets.geojson", "LineString", "[[600100,3499800],[600300,3499800]]");
+  BuildOptions o = options({town()});
+  o.layers = {"gray", "landmarks", "roads"};
+  o.vectors = {{houses, {}, {}}, {streets, {}, {}}};
+  const BuildSummary summary = build_silently(o);
+  EXPECT_EQ(summary.known, (std::vector<std::string>{"landmarks: 1 buildings", "roads: 0.2 km, 0 intersections"}));
+  ASSERT_EQ(summary.layers.size(), 3u);
+  const auto pack = Pack::open(o.output.c_str());
+  ASSERT_TRUE(pack) << pack.text();
+  EXPECT_TRUE(pack->verify(true));
+  EXPECT_TRUE(pack->find_layer("landmarks"));
+  EXPECT_TRUE(pack->find_layer("roads"));
+  const std::vector<uint8_t> bytes = bytes_of_file(o.output);
+  // A run that is stopped after its first job continues with the same bytes.
+  std::atomic<bool> stop = false;
+  o.force = true, o.stop = &stop;
+  o.after_job = [&](size_t) { stop = true; };
+  EXPECT_THROW(build_silently(o), Interrupted);
+  o.stop = nullptr, o.after_job = {};
+  EXPECT_GT(build_silently(o).resumed_jobs, 0u);
+  EXPECT_EQ(bytes_of_file(o.output), bytes);
+  o.layers = {"gray", "roads"};
+  EXPECT_EQ(build_silently(o).layers.size(), 2u) << "--layers leaves landmarks out";
+  o.vectors.clear();
+  expect_failure(o, ExitCode::kUsage, {"--layers roads", "--vectors"});
+}
+
+TEST_F(BuildTest, OfMoreLandmarksThanATileHoldsTheMostDistinctAreKept) {
+  std::string trees;
+  for (int i = 0; i < 70'000; ++i)
+    trees +=
+        fmt::format(R"({}{{"type":"Feature","properties":{{"radius_m":{}}},"geometry":{{"type":"Point",)"
+                    R"("coordinates":[{},{}]}}}})",
+                    i ? "," : "", i == 69'999 ? 40 : 2, 600'100.125 + 5 * (i % 300), 3'499'900.125 - 5 * (i / 300));
+  BuildOptions o = options({town()});
+  o.layers = {"gray", "landmarks"};
+  o.vectors = {{write_text("trees.geojson", R"({"type":"FeatureCollection","crs":{"type":"name","properties":{"name":)"
+                                            R"("urn:ogc:def:crs:EPSG::32636"}},"features":[)" +
+                                                trees + "]}"),
+                {},
+                {}}};
+  const BuildSummary summary = build_silently(o);
+  EXPECT_EQ(summary.known, std::vector<std::string>{"landmarks: 70000 trees"});
+  EXPECT_TRUE(std::ranges::any_of(summary.warnings, [](const std::string& warning) {
+    return warning.find("65536 of 70000 landmarks are kept") != std::string::npos;
+  })) << fmt::format("{}", fmt::join(summary.warnings, "; "));
+  const auto pack = Pack::open(o.output.c_str());
+  ASSERT_TRUE(pack) << pack.text();
+  EXPECT_TRUE(pack->verify(true));
 }
 
 TEST_F(BuildTest, GivesTheSameBytesFromAnotherFolder) {

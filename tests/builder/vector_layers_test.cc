@@ -69,13 +69,39 @@ TEST(VectorLayers, OfTooManyLandmarksTheSurestAreKept) {
     landmarks[i].east_m = 1 + 0.25 * double(i % 8000), landmarks[i].north_m = 1 + double(i / 8000);
     landmarks[i].confidence = i % 10 == 0 ? 0.2 : 0.8;
   }
-  const auto tiles = landmark_tiles(landmarks);
+  std::vector<std::string> warnings;
+  const auto tiles = landmark_tiles(landmarks, {}, &warnings);
   ASSERT_EQ(tiles.size(), 1u);
   std::vector<tiles::Landmark> out;
   ASSERT_TRUE(tiles::decode_landmarks({3, 0, 0}, tiles[0].data, out));
   ASSERT_EQ(out.size(), tiles::kMaxTileFeatures);
   const auto doubtful = std::ranges::count_if(out, [](const tiles::Landmark& m) { return m.confidence < 0.5; });
   EXPECT_EQ(doubtful, 6654 - 1000) << "every tenth was, and a thousand of these had to go";
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("65536 of 66536 landmarks"), std::string::npos) << warnings[0];
+}
+
+TEST(VectorLayers, OfEvenlySureLandmarksTheDistinctAndLongStayAndTheRestFromAllOverTheTile) {
+  std::vector<tiles::Landmark> landmarks(80000);
+  for (size_t i = 0; i < landmarks.size(); ++i) {
+    landmarks[i].east_m = 2 + 5 * double(i % 400), landmarks[i].north_m = 2 + 10 * double(i / 400);
+    landmarks[i].confidence = 1, landmarks[i].length_m = landmarks[i].width_m = 6;
+    if (i % 16 == 0) landmarks[i].distinctiveness_m = 512;
+    if (i % 16 == 1) landmarks[i].length_m = 60;
+  }
+  const auto tiles = landmark_tiles(landmarks);
+  std::vector<tiles::Landmark> out;
+  ASSERT_TRUE(tiles::decode_landmarks({3, 0, 0}, tiles[0].data, out));
+  EXPECT_EQ(std::ranges::count_if(out, [](const auto& m) { return m.distinctiveness_m == 512; }), 5000);
+  EXPECT_EQ(std::ranges::count_if(out, [](const auto& m) { return m.length_m > 50; }), 5000);
+  // 55536 of the 70000 others: 79 % of the 17500 or so in each quarter, give or take what chance would (4 sigma: 220).
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    const auto here = std::ranges::count_if(out, [&](const tiles::Landmark& m) {
+      return m.distinctiveness_m < 512 && m.length_m < 50 && (m.east_m > 1001) == (quarter % 2 == 1) &&
+             (m.north_m > 1001) == (quarter / 2 == 1);
+    });
+    EXPECT_NEAR(double(here), 55536.0 / 4, 300) << quarter;
+  }
 }
 
 TEST(VectorLayers, RoadsAreCutIntoTiles) {
@@ -89,20 +115,23 @@ TEST(VectorLayers, RoadsAreCutIntoTiles) {
   EXPECT_TRUE(road_tiles({}).empty());
 }
 
-TEST(VectorLayers, RoadsBeyondWhatATileHoldsAreSaid) {
+TEST(VectorLayers, OfTooManyRoadsTheWidestAndLongestAreKept) {
   tiles::RoadGraph graph;
   for (int i = 0; i < 70000; ++i) {
     graph.nodes.push_back({1 + 0.25 * (i % 300), 1 + double(i / 300)});
     graph.nodes.push_back({1000 + 0.25 * (i % 300), 1 + double(i / 300)});
-    graph.edges.push_back({uint32_t(2 * i), uint32_t(2 * i + 1), 5, 1, 0, {}});
+    graph.edges.push_back({uint32_t(2 * i), uint32_t(2 * i + 1), i % 10 == 0 ? 8.0 : 5.0, 1, 0, {}});
   }
-  try {
-    road_tiles(graph);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.code(), ExitCode::kBadInput);
-    EXPECT_NE(std::string(e.what()).find("70000 stretches"), std::string::npos) << e.what();
-  }
+  std::vector<std::string> warnings;
+  const auto tiles = road_tiles(graph, {}, &warnings);
+  ASSERT_EQ(tiles.size(), 1u);
+  tiles::RoadGraph out;
+  ASSERT_TRUE(tiles::decode_roads({3, 0, 0}, tiles[0].data, out));
+  EXPECT_EQ(out.nodes.size(), tiles::kMaxTileFeatures) << "two for each stretch are what runs out first";
+  EXPECT_EQ(out.edges.size(), tiles::kMaxTileFeatures / 2);
+  EXPECT_EQ(std::ranges::count_if(out.edges, [](const auto& edge) { return edge.width_m > 7; }), 7000);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("32768 of 70000 stretches"), std::string::npos) << warnings[0];
 }
 
 }  // namespace

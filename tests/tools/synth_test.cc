@@ -231,6 +231,23 @@ TEST(Synth, TreesAndBuildingsStandBesideRoadsAndWater) {
   }
 }
 
+TEST(Synth, RoadsShareAVertexAtEveryIntersection) {
+  for (const uint64_t seed : {1, 2, 3, 7}) {
+    WorldOptions options = default_world();
+    options.seed = seed;
+    const World world(options);
+    const Labels labels = world.labels(world.extent());
+    // Ends of roads that have a vertex here count once, what goes on through it twice.
+    for (const Intersection& i : labels.intersections) {
+      int arms = 0;
+      for (const Road& road : labels.roads)
+        for (size_t k = 0; k < road.line.size(); ++k)
+          if (cv::norm(road.line[k] - i.position) < 1e-3) arms += k == 0 || k + 1 == road.line.size() ? 1 : 2;
+      EXPECT_EQ(arms, i.degree) << seed << " " << i.position;
+    }
+  }
+}
+
 TEST(Synth, WaterIsFlatAndDark) {
   const World world(default_world());
   const Labels labels = world.labels(world.extent());

@@ -37,6 +37,8 @@ Examples:
       about 1 MB/km2 at 1 m: what matching in flight needs, compressed; the runtime decodes it before the flight
   landfix build 2009.tif 2018.tif --date 2009.tif=2009-08-18 --date 2018.tif=2018-07-16 --align -o farm.lfpack
       the dates lie a constant shift apart (the build reports it): take it out before they are fused
+  landfix build town.tif --vectors buildings.gpkg:footprints=building roads.gpkg -o town.lfpack
+      with the landmarks and roads that OpenStreetMap or an agency knows
 
 Beside an image, FILE.json may say {"date": "2018-07-16", "licence": "...", "attribution": "...",
 "bands": "red,green,blue,nir", "georegistration_error_m": 1.5}; the command line goes before it.
@@ -45,7 +47,7 @@ The work in progress lies in OUTPUT.build. After Ctrl-C, a kill or a full disk, 
 std::atomic<bool> stop_requested = false;
 
 struct CommandLine {
-  std::vector<std::string> images, dates, bands, nodata, codecs, layers;
+  std::vector<std::string> images, dates, bands, nodata, codecs, layers, vectors;
   std::string dem, dem_datum, zone, output;
   double gsd_m = 0, georegistration_error_m = -1;
   bool json = false;
@@ -115,6 +117,7 @@ BuildOptions options_of(const CommandLine& line) {
   if (!line.zone.empty()) options.zone = ingest::parse_zone(line.zone);
   if (line.gsd_m != 0) options.gsd_m = line.gsd_m;
   if (line.georegistration_error_m >= 0) options.georegistration_error_m = line.georegistration_error_m;
+  for (const std::string& text : line.vectors) options.vectors.push_back(landmarks::parse_input(text));
   options.layers = line.layers;
   options.output = line.output;
   options.stop = &stop_requested;
@@ -136,6 +139,7 @@ ordered_json json_of(const std::string& output, const BuildSummary& s) {
                       {"resumed_jobs", s.resumed_jobs},
                       {"warnings", s.warnings},
                       {"shifts", ordered_json::array()},
+                      {"known", s.known},
                       {"layers", ordered_json::array()}};
   for (const ShiftSummary& shift : s.shifts) {
     const ingest::Alignment& a = shift.alignment;
@@ -173,6 +177,7 @@ void print(const std::string& output, const BuildSummary& s) {
                  double(bytes) / 1e6, tiles::gsd_of(layer.levels.front().level),
                  tiles::gsd_of(layer.levels.back().level));
   }
+  for (const std::string& text : s.known) fmt::print("  {}\n", text);
   if (s.stored_tiles < s.tiles)
     fmt::print("  {} of {} tiles equal another and are stored once\n", s.tiles - s.stored_tiles, s.tiles);
   fmt::print("  {:.1f} s, {:.1f} Mpx/s\n", s.seconds, s.megapixels / s.seconds);
@@ -208,6 +213,11 @@ void add_build(CLI::App& app) {
   command->add_option("-o,--output", line->output, "The pack to write")->required();
   command->add_option("--dem", line->dem, "Heights in any CRS");
   command->add_option("--dem-datum", line->dem_datum, "What the heights are above: ellipsoid, egm96 or EPSG:n");
+  command->add_option(
+      "--vectors", line->vectors,
+      fmt::format("FILE[:LAYER][=KIND]: landmarks and roads that are known already, of OpenStreetMap or "
+                  "an agency. KIND is one of {} (default: by tags, else by the layer's name)",
+                  landmarks::kKindNames));
   command->add_option("--aoi", line->options.area_file,
                       "Polygons of a vector file: only tiles that they touch are stored");
   command->add_option("--bbox", line->options.bbox, "West,south,east,north in degrees, instead of --aoi");
@@ -219,6 +229,7 @@ void add_build(CLI::App& app) {
       ->check(CLI::PositiveNumber);
   std::vector<std::string> names;
   for (const auto* layer : layers::registry()) names.push_back(layer->info().name);
+  names.insert(names.end(), {"landmarks", "roads"});
   command
       ->add_option("--layers", line->layers,
                    fmt::format("Layers to make, of {} (default: all that the inputs serve)", fmt::join(names, ",")))

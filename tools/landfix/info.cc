@@ -28,8 +28,9 @@ std::string or_unknown(const ordered_json& value) { return value.is_null() ? "un
 void print_sources(const ordered_json& sources) {
   fmt::print("\nsources\n");
   for (const auto& s : sources) {
-    fmt::print("  {}  {}, {:.3g} m, date {}, {}\n", s["name"].get<std::string>(), s["role"].get<std::string>(),
-               s["gsd_m"].get<double>(), or_unknown(s["capture_date"]), or_unknown(s["crs"]));
+    const double gsd_m = s["gsd_m"].get<double>();  // 0: no pixels
+    fmt::print("  {}  {}, {}date {}, {}\n", s["name"].get<std::string>(), s["role"].get<std::string>(),
+               gsd_m > 0 ? fmt::format("{:.3g} m, ", gsd_m) : "", or_unknown(s["capture_date"]), or_unknown(s["crs"]));
     if (!s["vertical_datum"].is_null()) fmt::print("    heights: {}\n", s["vertical_datum"].get<std::string>());
     if (!s["licence"].is_null()) fmt::print("    licence: {}\n", s["licence"].get<std::string>());
     if (!s["attribution"].is_null()) fmt::print("    attribution: {}\n", s["attribution"].get<std::string>());

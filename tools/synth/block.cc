@@ -200,7 +200,7 @@ class BlockMaker {
     if (const auto road = road_along(parts, fringe, frame.area_m2, depth, random)) {
       border.road_width_m = road->width_m;
       add_road(road_end(parts, 0), road_end(parts, 1), *road);
-      add_junctions(parts);
+      add_junctions(parts, block_.roads.back());
     } else {
       border.hedge = !fringe && random.chance(0.2);
     }
@@ -238,7 +238,7 @@ class BlockMaker {
     return is_road(parts.end_borders[end]) ? at : at + along * (kShort_m / cv::norm(along));
   }
 
-  void add_junctions(const Cut& parts) {
+  void add_junctions(const Cut& parts, Road& road) {
     for (size_t k = 0; k < 2; ++k) {
       if (!is_road(parts.end_borders[k])) continue;
       const Point at = ground_.grid_from_plan(parts.ends[k]);
@@ -248,6 +248,7 @@ class BlockMaker {
       });
       if (near != block_.intersections.end()) {
         ++near->degree;
+        (k == 0 ? road.line.front() : road.line.back()) = near->position;
       } else {
         block_.intersections.push_back({at, 3});
       }

@@ -12,6 +12,7 @@ constexpr uint64_t kWoodlandSalt = 41, kTreeSalt = 42, kClearingSalt = 43;
 constexpr double kTreeCell_m = 5.6;  // at most one tree grows by chance in a square of this size
 constexpr double kClearCorner_m = 7;
 constexpr double kLargestBend_m = 70;
+constexpr double kOffStraight_m = 0.5;  // bent roads lie nearer than this to their straight pieces
 
 /// 1 at the shore, 0 at the far edge of the bank, with slope 0 at both.
 double bank_share(double shore_distance_m) {
@@ -24,6 +25,34 @@ double sunk(const Lake& lake, double relief_m, Point grid) {
   const Point d = grid - lake.centre;
   if (std::abs(d.x) >= reach || std::abs(d.y) >= reach) return relief_m;
   return relief_m + (lake.level_m - relief_m) * bank_share(lake.shore_distance_m(grid));
+}
+
+/// Gives a road a vertex at a place that it passes; elsewhere, and where it has one, nothing happens.
+void add_vertex(Road& road, Point at) {
+  constexpr double kSame_m = 1e-3;
+  if (std::ranges::any_of(road.line, [&](Point p) { return cv::norm(p - at) < kSame_m; })) return;
+  for (size_t k = 0; k + 1 < road.line.size(); ++k) {
+    const Point a = road.line[k], along = road.line[k + 1] - a;
+    const double t = along.dot(at - a) / along.dot(along);
+    if (t < 0 || t > 1 || cv::norm(a + along * t - at) > kOffStraight_m) continue;
+    road.line.insert(road.line.begin() + static_cast<std::ptrdiff_t>(k) + 1, at);
+    return;
+  }
+}
+
+/// Roads that meet share a vertex there: each gets one where another ends on it, be it of a neighbouring block.
+void join_roads(std::vector<Block>& blocks) {
+  for (const Block& from : blocks) {
+    for (const Road& ending : from.roads) {
+      for (const Point end : {ending.line.front(), ending.line.back()}) {
+        for (Block& block : blocks) {
+          for (Road& road : block.roads) {
+            if (bounds_of(road.line).grown(kOffStraight_m).contains(end)) add_vertex(road, end);
+          }
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -60,6 +89,7 @@ Layout::Layout(const Plan& plan, const Rectangle& area)
       blocks_.push_back(make_block(plan, i, j, lake ? &*lake : nullptr, woodland_));
     }
   }
+  join_roads(blocks_);
   for (Block& block : blocks_) {
     for (Building& building : block.buildings) building.base_m = ground_at(building.centre);
   }

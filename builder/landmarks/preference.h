@@ -1,0 +1,15 @@
+// Which landmark stays where two sources tell of one.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tiles/landmark.h"
+
+namespace landfix::landmarks {
+
+/// Appends to `landmarks` those of `more` whose centre lies in the rectangle of none of the same class that was there
+/// before the call: what is known of a place already is preferred. Those of `more` do not exclude each other.
+void add_new(std::vector<tiles::Landmark>& landmarks, std::span<const tiles::Landmark> more);
+
+}  // namespace landfix::landmarks
