@@ -7,14 +7,15 @@
 #   make aarch64 cross-builds the runtime and the kernels for 64-bit ARM (Debian) and runs their tests under qemu-user
 #   make fuzz    ten minutes of fuzzing of the reader
 #   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
+#   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
 #   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
-#   make memory  the build of a 4-gigapixel image, with its peak memory
+#   make memory  builds of a 4-gigapixel image, and of 556 Mpx with landmarks and roads: peak memory and time
 SHELL := /bin/bash
 JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: evaluation calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
+.PHONY: evaluation landmarks calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -42,6 +43,9 @@ real: release
 
 evaluation: release
 	tools/evaluation.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/evaluation
+
+landmarks: release
+	tools/landmarks/evaluate.sh build/release/tools/landfix/landfix build/landmarks
 
 calibrate: release
 	tools/setup/install.sh python3-numpy

@@ -23,6 +23,7 @@
 #include "builder/export/vector_layers.h"
 #include "builder/layers/stack.h"
 #include "builder/layers/window.h"
+#include "builder/map_features.h"
 #include "builder/plan.h"
 
 namespace landfix {
@@ -73,7 +74,8 @@ class Run {
   void make_halved_tiles(int level, const std::vector<size_t>& layer_indices);
   ingest::Stack read_halved(const tiles::PixelRect& rect, const EpochRecords& records) const;
   std::vector<Work> blocks_to_do(const char* stage, int level) const;
-  int halo_of(const std::vector<size_t>& layer_indices) const;
+  bool searches(int level) const { return level == kFeatureLevel && (plan_.find_landmarks || plan_.find_roads); }
+  int halo_of(const std::vector<size_t>& layer_indices, bool searched) const;
   std::vector<FinishedTile> tiles_of_block(const layers::SourceWindow& window, const tiles::TileIndex& block,
                                            const std::vector<size_t>& layer_indices) const;
   void add_halved(const ingest::Stack& images, const tiles::TileIndex& block, std::vector<FinishedTile>& out) const;
@@ -153,8 +155,8 @@ void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices)
   progress_.end();
 }
 
-int Run::halo_of(const std::vector<size_t>& layer_indices) const {
-  int halo_px = 0;
+int Run::halo_of(const std::vector<size_t>& layer_indices, bool searched) const {
+  int halo_px = searched ? feature_halo_px() : 0;
   for (const size_t i : layer_indices) halo_px = std::max(halo_px, plan_.layers[i].info().halo_px);
   return halo_px;
 }
@@ -164,13 +166,16 @@ std::vector<FinishedTile> Run::source_tiles(const tiles::TileIndex& block, int l
   const auto needs = [&](layers::Input input) {
     return std::ranges::any_of(layer_indices, [&](size_t i) { return plan_.layers[i].info().input == input; });
   };
+  const bool searched = level == plan_.image_level && searches(level);
+  const bool halves = level == plan_.image_level && plan_.halved.contains(level + 1);
   layers::SourceWindow window;
-  window.rect = window.images.rect = window_of(plan_, block, level, halo_of(layer_indices));
-  if (needs(layers::Input::kImages)) window.images = plan_.images->read(window.rect);
+  window.rect = window.images.rect = window_of(plan_, block, level, halo_of(layer_indices, searched));
+  if (needs(layers::Input::kImages) || searched || halves) window.images = plan_.images->read(window.rect);
   window.gray = layers::newest(window.images, window.rect, 1);
   if (needs(layers::Input::kHeights)) window.heights = plan_.elevation->read(window.rect);
   std::vector<FinishedTile> out = tiles_of_block(window, block, layer_indices);
-  if (plan_.halved.contains(level + 1) && needs(layers::Input::kImages)) add_halved(window.images, block, out);
+  if (halves) add_halved(window.images, block, out);
+  if (searched) std::ranges::move(find_features(plan_, window.images, block), std::back_inserter(out));
   return out;
 }
 
@@ -228,11 +233,12 @@ void Run::make_halved_tiles(int level, const std::vector<size_t>& layer_indices)
   run_jobs(work, [&](const Work& w) {
     const tiles::TileIndex block = tiles::tile_of_key(level + layers::kBlockLog2, w.job.key);
     layers::SourceWindow window;
-    window.rect = layers::grown(layers::pixels_of(block, level), halo_of(layer_indices));
+    window.rect = layers::grown(layers::pixels_of(block, level), halo_of(layer_indices, searches(level)));
     window.images = read_halved(window.rect, records);
     window.gray = layers::newest(window.images, window.rect, 1);
     std::vector<FinishedTile> out = tiles_of_block(window, block, layer_indices);
     if (plan_.halved.contains(level + 1)) add_halved(window.images, block, out);
+    if (searches(level)) std::ranges::move(find_features(plan_, window.images, block), std::back_inserter(out));
     return out;
   });
   progress_.end();
@@ -294,18 +300,14 @@ void Run::make_level(const LayerPlan& layer, int level) {
   });
 }
 
-// One job: the plan holds all that is known, and its tiles are small. Known landmarks come first: what is added to them
-// (landmarks::add_new) counts where nothing is known. How distinctive one is depends on all of them.
+// One job: what is left of the map by now is small.
 void Run::make_vector_tiles() {
   if (!plan_.landmarks && !plan_.roads) return;
-  std::vector<tiles::Landmark> landmarks = plan_.known.landmarks;
-  tiles::measure_distinctiveness(landmarks, kDistinctRadius_m);
-  std::vector<FinishedTile> tiles;
-  if (plan_.landmarks) tiles = exporter::landmark_tiles(landmarks, {}, &warnings_);
-  if (plan_.roads)
-    std::ranges::move(exporter::road_tiles(plan_.known.roads, {}, &warnings_), std::back_inserter(tiles));
+  progress_.begin("landmarks and roads", "passes", 1);
+  run_jobs({{{kVectorStage, tiles::kVectorLevel, 0}, 1}},
+           [&](const Work&) { return link_features(plan_, catalog_, warnings_); });
+  progress_.end();
   for (const std::string& warning : warnings_) progress_.say("warning: " + warning);
-  run_jobs({{{kVectorStage, tiles::kVectorLevel, 0}, 1}}, [&](const Work&) { return std::move(tiles); });
 }
 
 // Without data where the children leave none.
@@ -380,13 +382,6 @@ exporter::PackDescription collect(const Plan& plan, const Catalog& catalog, std:
   return pack;
 }
 
-std::vector<std::string> known_lines(const Plan& plan) {
-  std::vector<std::string> lines;
-  if (plan.landmarks) lines.push_back("landmarks: " + landmarks::text_of(plan.known.landmarks));
-  if (plan.roads) lines.push_back("roads: " + landmarks::text_of(plan.known.roads));
-  return lines;
-}
-
 // The last step of every build.
 exporter::PackStatistics merge(const BuildOptions& options, Progress& progress, const exporter::PackDescription& pack,
                                const Catalog& catalog) {
@@ -456,15 +451,16 @@ BuildSummary run(const BuildOptions& options, Progress& progress, const Plan& pl
   Run run(options, progress, plan, catalog, threads);
   run.make_tiles();
   const exporter::PackDescription pack = collect(plan, catalog, summary.layers);
-  if (std::all_of(summary.layers.begin(), summary.layers.end(), [](const auto& l) { return l.levels.empty(); })) {
+  const auto rasters = std::span(summary.layers).first(plan.layers.size());
+  if (!rasters.empty() && std::ranges::all_of(rasters, [](const LayerSummary& l) { return l.levels.empty(); })) {
     catalog.remove();
     throw Error(
         ExitCode::kBadInput,
         "the inputs hold no data inside the area: nothing to write; check --aoi or --bbox and the images' nodata");
   }
+  summary.features = text_of_features(plan, catalog);
   const exporter::PackStatistics statistics = merge(options, progress, pack, catalog);
   catalog.remove();
-  summary.known = known_lines(plan);
   summary.zone = plan.images->zone();
   summary.gsd_m = tiles::gsd_of(plan.image_level);
   summary.area_km2 = area_km2(plan, summary.layers);

@@ -23,6 +23,7 @@ namespace landfix {
 struct BuildOptions {
   std::vector<ingest::SourceOptions> images;
   std::optional<ingest::SourceOptions> elevation;
+  std::string landmark_model, road_model;  ///< files of `landfix train-objects`, `train-roads`; empty: landfix's own
   std::vector<landmarks::VectorInput> vectors;  ///< known landmarks and roads; of what several know the first is taken
   std::string
       area_file;     ///< polygons of a vector file; at most one of area_file and bbox. Neither: what the images cover
@@ -75,7 +76,7 @@ struct ShiftSummary {
 
 struct BuildSummary {
   std::vector<LayerSummary> layers;
-  std::vector<std::string> known;  ///< what vector layers hold: "landmarks: 123 buildings", "roads: 4.5 km, ..."
+  std::vector<std::string> features;  ///< what vector layers hold: "landmarks: 123 buildings", "roads: 4.5 km, ..."
   tiles::Zone zone;
   double gsd_m = 0;
   double area_km2 = 0;  ///< of the bounds, or of the tiles where that is less

@@ -18,7 +18,7 @@ const std::vector<LayerSet>& layer_sets() {
        {.jpeg_quality = 90, .zstd_level = 3}},
       {"standard",
        "small: what the matchers need, compressed; `prepare` decodes it before the flight",
-       {"gray", "overview", "contour", "orientation", "agreement", "height"},
+       {"gray", "overview", "contour", "orientation", "agreement", "height", "landmarks", "roads"},
        {{"gray", Codec::kJpeg},
         {"overview", Codec::kJpeg},
         {"contour", Codec::kZstd},

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <span>
 
 #include "builder/catalog/hash.h"
 #include "builder/error.h"
 #include "builder/export/vector_layers.h"
+#include "builder/file_bytes.h"
 #include "builder/hex.h"
 #include "builder/ingest/geoid.h"
 #include "builder/ingest/zone.h"
@@ -34,21 +34,17 @@ int image_level_of(const BuildOptions& options, const ingest::ImageSet& images) 
   return *level;
 }
 
-std::string text_of_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(ExitCode::kIo, fmt::format("{}: cannot read this file", path));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+std::string hash_of_bytes(std::span<const uint8_t> bytes) { return hex(catalog::hash_of(bytes).bytes); }
 
 std::string hash_of_text(const std::string& text) {
-  return hex(catalog::hash_of({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).bytes);
+  return hash_of_bytes({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
 // How the area came about, for the manifest: no folders, but what identifies it.
 std::string area_text(const BuildOptions& options) {
   if (!options.area_file.empty())
     return fmt::format("{} blake2b:{}", std::filesystem::path(options.area_file).filename().string(),
-                       hash_of_text(text_of_file(options.area_file)));
+                       hash_of_bytes(bytes_of_file(options.area_file, "polygons of the area")));
   return options.bbox.empty() ? "images" : "bbox " + options.bbox;
 }
 
@@ -158,10 +154,11 @@ void choose_layers(const BuildOptions& options, Plan& plan) {
   for (const std::string& name : options.layers)
     if (!is_vector_layer(name))
       require_known(name, "--layers");
-    else if (options.vectors.empty())
-      throw Error(ExitCode::kUsage, fmt::format("--layers {}: this layer needs known vector data; give it with "
-                                                "--vectors",
-                                                name));
+    else if (options.vectors.empty() && plan.image_level > kFeatureLevel)
+      throw Error(ExitCode::kUsage,
+                  fmt::format("--layers {}: this layer needs imagery of {} m or finer, this is of {}; "
+                              "--vectors gives what is known",
+                              name, tiles::gsd_of(kFeatureLevel), tiles::gsd_of(plan.image_level)));
   for (const auto& entry : options.codecs) require_known(entry.first, "--codec");
   for (const layers::RasterLayer* layer : layers::registry()) {
     if (!is_wanted(layer->info(), options, plan)) continue;
@@ -203,21 +200,46 @@ std::vector<std::string> names_of(const std::vector<ingest::Source>& sources) {
   return names;
 }
 
-// Whether a vector layer goes into the pack; one that the inputs say nothing of does only if it was asked for.
-bool is_wanted(const char* layer, bool is_known, const BuildOptions& options) {
-  return options.layers.empty() ? is_known : std::ranges::count(options.layers, layer) > 0;
+bool is_wanted(const char* vector_layer, const BuildOptions& options, const Plan& plan) {
+  const std::vector<std::string>& chosen = options.layers.empty() ? plan.set->layers : options.layers;
+  return chosen.empty() || std::ranges::count(chosen, vector_layer) > 0;
 }
 
 void read_vectors(const BuildOptions& options, Plan& plan) {
   if (options.vectors.empty()) return;
   exporter::PackDescription& d = plan.description;
   plan.known = landmarks::read_known(options.vectors, d.zone, d.bounds);
-  plan.landmarks = is_wanted(exporter::kLandmarks, plan.known.has_landmarks, options);
-  plan.roads = is_wanted(exporter::kRoads, plan.known.has_roads, options);
-  if (plan.landmarks) d.layers.push_back(exporter::landmarks_layer());
-  if (plan.roads) d.layers.push_back(exporter::roads_layer());
   for (const ingest::Source& source : plan.known.sources) d.sources.push_back({exporter::SourceRole::kVector, source});
   plan.warnings.insert(plan.warnings.end(), plan.known.warnings.begin(), plan.known.warnings.end());
+}
+
+// Landmarks that are known are joined by those that the images show. Known roads are taken alone: a second line beside
+// each, a little off, would make intersections that are none.
+void choose_vector_layers(const BuildOptions& options, Plan& plan) {
+  const bool landmarks = is_wanted(exporter::kLandmarks, options, plan);
+  const bool roads = is_wanted(exporter::kRoads, options, plan);
+  const bool is_fine = plan.image_level <= kFeatureLevel;
+  plan.find_landmarks = landmarks && is_fine;
+  plan.find_roads = roads && is_fine && !plan.known.has_roads;
+  const auto is_made = [&](bool wanted, bool known) { return wanted && (is_fine || known || !options.layers.empty()); };
+  plan.landmarks = is_made(landmarks, plan.known.has_landmarks);
+  plan.roads = is_made(roads, plan.known.has_roads);
+  if (!is_fine && ((landmarks && !plan.known.has_landmarks) || (roads && !plan.known.has_roads)))
+    plan.warnings.push_back(
+        fmt::format("landmarks and roads are not sought in the images: that takes {} m per pixel or finer, this is {}",
+                    tiles::gsd_of(kFeatureLevel), tiles::gsd_of(plan.image_level)));
+  if (plan.landmarks) plan.description.layers.push_back(exporter::landmarks_layer());
+  if (plan.roads) plan.description.layers.push_back(exporter::roads_layer());
+  if (plan.find_landmarks)
+    plan.object_model = std::make_shared<const landmarks::ObjectModel>(
+        options.landmark_model.empty() ? landmarks::default_object_model()
+                                       : landmarks::read_object_model(options.landmark_model));
+  if (plan.find_roads)
+    plan.road_model = std::make_shared<const landmarks::RoadModel>(
+        options.road_model.empty() ? landmarks::default_road_model() : landmarks::read_road_model(options.road_model));
+  if (!plan.find_landmarks && !plan.find_roads) return;
+  plan.sources[plan.image_level];
+  for (int level = plan.image_level + 1; level <= kFeatureLevel; ++level) plan.halved[level];
 }
 
 std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOptions& options, const Plan& plan) {
@@ -244,7 +266,10 @@ std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOption
                      fmt::format("{}{}{}={}", plan.known.sources[i].name, input.layer.empty() ? "" : ":", input.layer,
                                  input.kind ? landmarks::name_of(*input.kind) : "by tags or name"));
   }
-  if (plan.landmarks) out.emplace_back("landmarks.distinct_radius_m", fmt::format("{}", kDistinctRadius_m));
+  if (plan.landmarks) out.emplace_back("landmarks.distinct_radius_m", fmt::format("{}", tiles::kDistinctRadius_m));
+  if (plan.find_landmarks)
+    out.emplace_back("landmarks.model", "blake2b:" + hash_of_bytes(plan.object_model->serialise()));
+  if (plan.find_roads) out.emplace_back("roads.model", "blake2b:" + hash_of_bytes(plan.road_model->serialise()));
   for (const ShiftSummary& s : plan.shifts)
     out.emplace_back("shift." + s.image, s.text + (s.removed ? ", removed" : ""));
   return out;
@@ -283,6 +308,7 @@ void describe(const BuildOptions& options, Plan& plan) {
     d.sources.push_back({exporter::SourceRole::kImage, source});
   if (plan.elevation) d.sources.push_back({exporter::SourceRole::kElevation, plan.elevation->source()});
   read_vectors(options, plan);
+  choose_vector_layers(options, plan);
   for (const ingest::EpochInfo& epoch : plan.images->epochs())
     d.epochs.push_back({epoch.date, {epoch.sources.begin(), epoch.sources.end()}});
   ingest::GeoidResult geoid = ingest::make_geoid_grid(d.zone, d.bounds);

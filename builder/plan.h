@@ -13,14 +13,13 @@
 #include "builder/ingest/area.h"
 #include "builder/ingest/elevation.h"
 #include "builder/ingest/image_set.h"
+#include "builder/landmarks/extraction.h"
 #include "builder/landmarks/known.h"
 #include "builder/layer_set.h"
 #include "builder/layers/layer.h"
+#include "builder/roads/road_model.h"
 
 namespace landfix {
-
-/// Radius within which landmarks are told apart (tiles::measure_distinctiveness): the greatest that a pack keeps.
-inline constexpr double kDistinctRadius_m = 512;
 
 struct LayerPlan {
   const layers::RasterLayer* layer = nullptr;
@@ -38,7 +37,10 @@ struct Plan {
   int image_level = 0;
   std::vector<LayerPlan> layers;  ///< in the order of the pack, which vector layers follow
   landmarks::Known known;
-  bool landmarks = false, roads = false;  ///< whether the pack has these layers
+  bool landmarks = false, roads = false;                       ///< whether the pack has these layers
+  bool find_landmarks = false, find_roads = false;             ///< whether they are sought in the images
+  std::shared_ptr<const landmarks::ObjectModel> object_model;  ///< where find_landmarks
+  std::shared_ptr<const landmarks::RoadModel> road_model;      ///< where find_roads
   /// By level of the source window: indices of the layers that are computed from the inputs there.
   std::map<int, std::vector<size_t>> sources;
   /// By level above the imagery's: indices of the layers that are computed from the epochs halved down to it.
@@ -52,6 +54,9 @@ struct Plan {
 
 /// Opens and checks everything. Throws Error as `build`.
 Plan make_plan(const BuildOptions& options);
+
+/// The level that imagery is searched for landmarks and roads at: 1 m.
+inline constexpr int kFeatureLevel = 0;
 
 /// The blocks of 4x4 tiles at a window level that the area touches, as tiles two levels up in Hilbert order.
 std::vector<tiles::TileIndex> blocks_of(const Plan& plan, int level);

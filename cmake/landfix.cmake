@@ -54,3 +54,10 @@ function(landfix_warnings name)
     endif()
   endif()
 endfunction()
+
+# landfix_embed(FILE NAME HEADER): a header with the bytes of a file as an array of that name.
+function(landfix_embed file name header)
+  add_custom_command(OUTPUT ${header}
+    COMMAND ${CMAKE_COMMAND} -DFILE=${file} -DNAME=${name} -DHEADER=${header} -P ${PROJECT_SOURCE_DIR}/cmake/embed.cmake
+    DEPENDS ${file} ${PROJECT_SOURCE_DIR}/cmake/embed.cmake)
+endfunction()

@@ -31,6 +31,9 @@ struct Landmark {
   uint16_t source = 0;       ///< 0: seen in the images; k: taken from the k-th source of role vector in the manifest
 };
 
+/// Radius within which landmarks are told apart: the greatest distance that a tile keeps.
+inline constexpr double kDistinctRadius_m = 512;
+
 /// Whether two landmarks could be taken for each other: the same class, length and width within a factor of 1.5.
 bool is_like(const Landmark& a, const Landmark& b);
 

@@ -31,6 +31,11 @@ print("%.1f,%.1f" % ((b["west_m"] + b["east_m"]) / 2, (b["south_m"] + b["north_m
 "$landfix" query area.lfpack --grid "$middle" --sigma 265 --layer overview -o overview.png
 "$landfix" query area.lfpack --grid "$middle" --sigma 265 --layer height --gsd 2 -o heights.png
 
+step "What is down there, found in the image: landmarks and roads, for the aircraft, for QGIS and for the eye"
+"$landfix" query area.lfpack --grid "$middle" --sigma 265 --layer overview --draw landmarks,roads -o landmarks.png
+"$landfix" export area.lfpack --layer landmarks -o landmarks.gpkg
+"$landfix" export area.lfpack --layer roads -o roads.gpkg
+
 step "60 m above ground: a loop of 1 km without GNSS, 2.5 % drift, camera attitude 0.5 degrees off and 0.3 degrees tilted"
 "$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m
 
@@ -52,6 +57,8 @@ cat <<END
 Results in $PWD:
   area.lfpack                 the map pack, signed; mission.pub is the key to trust
   overview.png, heights.png   what is in it
+  landmarks.png               buildings, fields, trees, roads and intersections over the map
+  landmarks.gpkg, roads.gpkg  the same for QGIS, styles included
   region.png                  the pixels inside an uncertainty of 40 m
   flight_60m/tracks.png       truth, estimate with 3-sigma ellipses, and dead reckoning over the map
   flight_60m/frames/          what the camera saw

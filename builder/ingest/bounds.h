@@ -16,6 +16,10 @@ struct GridBounds {
   double north_m = -std::numeric_limits<double>::infinity();
 
   bool empty() const { return !(west_m < east_m && south_m < north_m); }
+  /// South and west edges belong to it.
+  bool contains(double east, double north) const {
+    return east >= west_m && east < east_m && north >= south_m && north < north_m;
+  }
   bool intersects(const GridBounds& b) const {
     return west_m < b.east_m && b.west_m < east_m && south_m < b.north_m && b.south_m < north_m;
   }

@@ -113,12 +113,6 @@ class Reader {
     left_out_ += is_left_out;
   }
 
-  static std::optional<Kind> kind_of(const VectorInput& input, const ingest::VectorFeature& feature, Shape shape) {
-    if (input.kind) return input.kind;
-    if (has_known_tags(feature.tags)) return kind_of_tags(feature.tags, shape);
-    return kind_of_layer(feature.layer);
-  }
-
   // Layers that nothing says the kind of are none of ours beside others of their file; alone they are a mistake.
   void require_kinds(const VectorInput& input) {
     const bool any_told = std::ranges::any_of(layers_, [](const auto& entry) { return entry.second; });
@@ -183,6 +177,12 @@ VectorInput parse_input(const std::string& text) {
   return input;
 }
 
+std::optional<Kind> kind_of(const VectorInput& input, const ingest::VectorFeature& feature, ingest::Shape shape) {
+  if (input.kind) return input.kind;
+  if (has_known_tags(feature.tags)) return kind_of_tags(feature.tags, shape);
+  return kind_of_layer(feature.layer);
+}
+
 Known read_known(const std::vector<VectorInput>& inputs, const tiles::Zone& zone, const ingest::GridBounds& bounds) {
   Reader reader(bounds);
   for (const VectorInput& input : inputs) reader.read(input, zone);
@@ -199,11 +199,14 @@ std::string text_of(const std::vector<Landmark>& landmarks) {
   return counts.empty() ? "nothing" : fmt::format("{}", fmt::join(counts, ", "));
 }
 
-std::string text_of(const tiles::RoadGraph& roads) {
+std::string text_of(const std::vector<tiles::RoadGraph>& roads) {
   double length_m = 0;
-  for (const tiles::RoadEdge& edge : roads.edges) length_m += tiles::length_of(roads, edge);
-  return fmt::format("{:.1f} km, {} intersections", length_m / 1000,
-                     std::ranges::count(roads.nodes, tiles::RoadNodeKind::kIntersection, &tiles::RoadNode::kind));
+  ptrdiff_t intersections = 0;
+  for (const tiles::RoadGraph& graph : roads) {
+    for (const tiles::RoadEdge& edge : graph.edges) length_m += tiles::length_of(graph, edge);
+    intersections += std::ranges::count(graph.nodes, tiles::RoadNodeKind::kIntersection, &tiles::RoadNode::kind);
+  }
+  return fmt::format("{:.1f} km, {} intersections", length_m / 1000, intersections);
 }
 
 }  // namespace landfix::landmarks

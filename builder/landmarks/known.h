@@ -25,6 +25,10 @@ struct VectorInput {
 /// unknown kind.
 VectorInput parse_input(const std::string& text);
 
+/// What a part of this shape of a feature is: as the input says, else by tags, else by the layer's name; nullopt
+/// where these are of nothing that is known here, or nothing says it.
+std::optional<Kind> kind_of(const VectorInput& input, const ingest::VectorFeature& feature, ingest::Shape shape);
+
 /// What the inputs know of a place.
 struct Known {
   std::vector<ingest::Source>
@@ -44,7 +48,7 @@ Known read_known(const std::vector<VectorInput>& inputs, const tiles::Zone& zone
 
 /// "123 buildings, 4 fields"; "nothing" for none.
 std::string text_of(const std::vector<tiles::Landmark>& landmarks);
-/// "4.5 km, 12 intersections".
-std::string text_of(const tiles::RoadGraph& roads);
+/// "4.5 km, 12 intersections", of the graphs of tiles.
+std::string text_of(const std::vector<tiles::RoadGraph>& roads);
 
 }  // namespace landfix::landmarks

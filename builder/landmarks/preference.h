@@ -9,7 +9,8 @@
 namespace landfix::landmarks {
 
 /// Appends to `landmarks` those of `more` whose centre lies in the rectangle of none of the same class that was there
-/// before the call: what is known of a place already is preferred. Those of `more` do not exclude each other.
-void add_new(std::vector<tiles::Landmark>& landmarks, std::span<const tiles::Landmark> more);
+/// before the call, nor within `reach_m` of its centre: what is known of a place already is preferred. Those of `more`
+/// do not exclude each other.
+void add_new(std::vector<tiles::Landmark>& landmarks, std::span<const tiles::Landmark> more, double reach_m = 0);
 
 }  // namespace landfix::landmarks

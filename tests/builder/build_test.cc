@@ -166,7 +166,7 @@ TEST_F(BuildTest, GivesTheSameBytesWithAnyNumberOfThreads) {
   four.threads = 4;
   const BuildSummary summary = build_silently(one);
   build_silently(four);
-  ASSERT_EQ(summary.layers.size(), 7u);
+  ASSERT_EQ(summary.layers.size(), 9u);
   EXPECT_EQ(summary.layers[6].levels.front().level, 1);  // heights of 2 m under imagery of 1 m
   EXPECT_EQ(bytes_of_file(one.output), bytes_of_file(four.output));
 }
@@ -186,7 +186,7 @@ TEST_F(BuildTest, PutsKnownLandmarksAndRoadsIntoThePack) {
   o.layers = {"gray", "landmarks", "roads"};
   o.vectors = {{houses, {}, {}}, {streets, {}, {}}};
   const BuildSummary summary = build_silently(o);
-  EXPECT_EQ(summary.known, (std::vector<std::string>{"landmarks: 1 buildings", "roads: 0.2 km, 0 intersections"}));
+  EXPECT_EQ(summary.features, (std::vector<std::string>{"landmarks: 1 buildings", "roads: 0.2 km, 0 intersections"}));
   ASSERT_EQ(summary.layers.size(), 3u);
   const auto pack = Pack::open(o.output.c_str());
   ASSERT_TRUE(pack) << pack.text();
@@ -205,7 +205,8 @@ TEST_F(BuildTest, PutsKnownLandmarksAndRoadsIntoThePack) {
   o.layers = {"gray", "roads"};
   EXPECT_EQ(build_silently(o).layers.size(), 2u) << "--layers leaves landmarks out";
   o.vectors.clear();
-  expect_failure(o, ExitCode::kUsage, {"--layers roads", "--vectors"});
+  o.gsd_m = 2;
+  expect_failure(o, ExitCode::kUsage, {"--layers roads", "1 m or finer", "--vectors"});
 }
 
 TEST_F(BuildTest, OfMoreLandmarksThanATileHoldsTheMostDistinctAreKept) {
@@ -223,7 +224,7 @@ TEST_F(BuildTest, OfMoreLandmarksThanATileHoldsTheMostDistinctAreKept) {
                 {},
                 {}}};
   const BuildSummary summary = build_silently(o);
-  EXPECT_EQ(summary.known, std::vector<std::string>{"landmarks: 70000 trees"});
+  EXPECT_EQ(summary.features, std::vector<std::string>{"landmarks: 65536 trees"});
   EXPECT_TRUE(std::ranges::any_of(summary.warnings, [](const std::string& warning) {
     return warning.find("65536 of 70000 landmarks are kept") != std::string::npos;
   })) << fmt::format("{}", fmt::join(summary.warnings, "; "));
@@ -457,7 +458,7 @@ TEST_F(BuildTest, MakesEveryLevelOfEdgesAndContoursFromTheSources) {
 TEST_F(BuildTest, FusesTheDatesAndSaysWhichWentIntoATile) {
   const BuildOptions o = two_dates();
   const BuildSummary summary = build_silently(o);
-  ASSERT_EQ(summary.layers.size(), 6u);  // with `agreement`, without heights
+  ASSERT_EQ(summary.layers.size(), 8u);  // with `agreement`, without heights
   const auto pack = Pack::open(o.output.c_str());
   ASSERT_TRUE(pack) << pack.text();
   ASSERT_TRUE(pack->verify(true));
@@ -500,7 +501,9 @@ TEST_F(BuildTest, KnowsSetsOfLayers) {
                                                 {"contour", Codec::kZstd},
                                                 {"orientation", Codec::kContext},
                                                 {"agreement", Codec::kZstd},
-                                                {"height", Codec::kZstd}}));
+                                                {"height", Codec::kZstd},
+                                                {"landmarks", Codec::kVector},
+                                                {"roads", Codec::kVector}}));
   EXPECT_TRUE(Pack::open(o.output.c_str())->verify(true));
   BuildOptions both = two_dates("both.lfpack");
   both.set = "standard";

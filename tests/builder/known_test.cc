@@ -109,7 +109,7 @@ TEST_F(KnownTest, RoadsAreCutDissolvedAndSimplified) {
   EXPECT_TRUE(known.roads.edges[0].vertices.empty());
   EXPECT_NEAR(tiles::length_of(known.roads, known.roads.edges[0]), 200, 0.5);
   EXPECT_EQ(known.roads.edges[0].width_m, 6);
-  EXPECT_EQ(text_of(known.roads), "0.2 km, 0 intersections");
+  EXPECT_EQ(text_of({known.roads}), "0.2 km, 0 intersections");
 }
 
 TEST_F(KnownTest, WidthsComeFromTags) {

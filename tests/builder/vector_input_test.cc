@@ -134,7 +134,7 @@ TEST_F(VectorInputTest, OpenStreetMapFilesAreRead) {
       "town.osm", R"(<?xml version="1.0" encoding="UTF-8"?><osm version="0.6">)" + nodes + ways + relation + "</osm>");
   const Known known = read(path);
   EXPECT_EQ(text_of(known.landmarks), "1 buildings, 1 trees, 1 water areas");
-  EXPECT_EQ(text_of(known.roads), "0.6 km, 1 intersections");
+  EXPECT_EQ(text_of({known.roads}), "0.6 km, 1 intersections");
   ASSERT_EQ(known.roads.edges.size(), 5u) << "four arms and the bridge";
   EXPECT_EQ(std::ranges::count(known.roads.edges, 8.0, &tiles::RoadEdge::width_m), 2) << "of GDAL's other_tags";
   for (const tiles::Landmark& m : known.landmarks) EXPECT_TRUE(m.cls != tiles::LandmarkClass::kTree || m.length_m == 9);
@@ -268,7 +268,7 @@ TEST_F(VectorInputTest, CoordinatesThatAreNoPlaceAreLeftOut) {
       EXPECT_NE(warning.find("1 features without usable geometry"), std::string::npos) << warning;
   }
   const Known road = read(file({line({{100, 100}, {200, 100}, {1e12, 100}}), line({{100, 300}, {200, 300}})}));
-  EXPECT_EQ(text_of(road.roads), "0.1 km, 0 intersections") << "the other one alone";
+  EXPECT_EQ(text_of({road.roads}), "0.1 km, 0 intersections") << "the other one alone";
   expect_warning(road, "1 features without usable geometry");
 }
 
@@ -276,7 +276,7 @@ TEST_F(VectorInputTest, FeaturesGivenTwiceAreThereOnce) {
   const std::string house = polygon(kHouse, R"("building":"yes")"), street = line({{100, 200}, {300, 200}});
   const Known known = read(file({house, house, street, house, street}));
   EXPECT_EQ(known.landmarks.size(), 1u);
-  EXPECT_EQ(text_of(known.roads), "0.2 km, 0 intersections");
+  EXPECT_EQ(text_of({known.roads}), "0.2 km, 0 intersections");
 }
 
 TEST_F(VectorInputTest, LayersOfNoKindAreLeftOutBesideOthers) {

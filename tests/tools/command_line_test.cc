@@ -183,9 +183,14 @@ TEST_F(WithMap, InfoSaysWhatThePackHolds) {
   std::map<std::string, double> finest_gsd_m;
   for (const json& layer : info["layers"]) finest_gsd_m[layer["name"]] = layer["levels"][0]["gsd_m"];
   // Gray as the image, height as the DTM, overview four times coarser than the image.
-  EXPECT_EQ(finest_gsd_m,
-            (std::map<std::string, double>{
-                {"gray", 0.5}, {"overview", 2}, {"edge", 0.5}, {"contour", 0.5}, {"orientation", 0.5}, {"height", 1}}));
+  EXPECT_EQ(finest_gsd_m, (std::map<std::string, double>{{"gray", 0.5},
+                                                         {"overview", 2},
+                                                         {"edge", 0.5},
+                                                         {"contour", 0.5},
+                                                         {"orientation", 0.5},
+                                                         {"height", 1},
+                                                         {"landmarks", 8},
+                                                         {"roads", 8}}));
   ASSERT_EQ(info["sources"].size(), 2u);
   EXPECT_EQ(info["sources"][0]["capture_date"], "2020-07-15");
   EXPECT_EQ(info["sources"][1]["vertical_datum"], "ellipsoid");
@@ -557,7 +562,8 @@ TEST_F(WithMap, ANewerMinorVersionOpensWithoutItsUnknownLayers) {
   EXPECT_EQ(info["format"], "1.9");
   std::vector<std::string> names;
   for (const json& layer : info["layers"]) names.push_back(layer["name"]);
-  EXPECT_EQ(names, (std::vector<std::string>{"gray", "overview", "edge", "contour", "orientation"}));
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"gray", "overview", "edge", "contour", "orientation", "landmarks", "roads"}));
   EXPECT_EQ(info["has_heights"], false);
   expect_done({"verify", "--deep", "newer.lfpack"});
   expect_done({"query", "newer.lfpack", "--grid", "500150,5400150"});

@@ -27,7 +27,8 @@ struct Section {
 const Section kSections[] = {{"opening", bench_opening},        {"windows", bench_windows},
                              {"lookups", bench_lookups},        {"correlation", bench_correlation},
                              {"kernels", bench_kernels, false}, {"registration", bench_registration, false},
-                             {"layers", bench_layers, false},   {"building", bench_build_time}};
+                             {"layers", bench_layers, false},   {"landmarks", bench_landmarks, false},
+                             {"building", bench_build_time}};
 
 }  // namespace
 

@@ -1,33 +1,44 @@
 #!/usr/bin/env bash
-# Builds a pack of a 4-gigapixel image and fails where that takes more than 1 GiB of memory.
-#   memory.sh LANDFIX [SIDE_PX [FOLDER]]
-# The image is a VRT that repeats a drawn world, with heights. Needs about 20 GB of disk, freed at the end.
+# Builds packs of large images and fails where that takes more memory or time than it may.
+#   memory.sh LANDFIX [FOLDER]
+# 1. 65,536 x 65,536 pixels with heights: gray, overview and height in 1 GiB.
+# 2. 22,167 x 25,100 pixels at 0.3 m: landmarks and roads in 2 GiB and 5 minutes on 2 cores.
+# The images are VRTs that repeat drawn worlds. Needs about 20 GB of disk, freed at the end.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-landfix=${1:?usage: memory.sh LANDFIX [SIDE_PX [FOLDER]]}
-side_px=${2:-65536}
-folder=${3:-build/memory}
-limit_mib=1024
+landfix=${1:?usage: memory.sh LANDFIX [FOLDER]}
+folder=${2:-build/memory}
 
 mkdir -p "$folder"
 trap 'rm -rf "$folder/map.lfpack" "$folder/map.lfpack.build"' EXIT
-# No multiple of the tile size: equal tiles would be made only once.
-[ -f "$folder/world/dsm.tif" ] || "$landfix" synth -o "$folder/world" --size-m 3100 --gsd 1 --dem-gsd 2
-"$here/repeat.py" "$folder/world/ortho.tif" "$side_px" "$side_px" "$folder/rgb.vrt"
-"$here/repeat.py" "$folder/world/dsm.tif" $((side_px / 2)) $((side_px / 2)) "$folder/heights.vrt"
 
-# Peak resident memory as the kernel counted it for the finished build; Linux gives KiB.
-/usr/bin/python3 - "$limit_mib" "$side_px" \
-  "$landfix" build "$folder/rgb.vrt" --dem "$folder/heights.vrt" --dem-datum ellipsoid \
-  --layers gray,overview,height --force -o "$folder/map.lfpack" <<'PYTHON'
+# measure NAME MEGAPIXELS LIMIT_MIB LIMIT_S ARGUMENTS...: peak resident memory as the kernel counted it for the finished build (Linux gives KiB).
+measure() {
+  /usr/bin/python3 - "$@" <<'PYTHON'
 import resource, subprocess, sys, time
-limit_mib, side_px, command = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
+name, megapixels, limit_mib, limit_s, command = sys.argv[1], float(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4]), sys.argv[5:]
 start = time.monotonic()
 subprocess.run(command, check=True)
 seconds = time.monotonic() - start
 peak_mib = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-gigapixels = side_px**2 / 1e9
-print(f"{gigapixels:.2f} gigapixels in {seconds:.0f} s ({1000 * gigapixels / seconds:.1f} Mpx/s), "
-      f"peak resident memory {peak_mib:.0f} MiB, limit {limit_mib} MiB: {'met' if peak_mib <= limit_mib else 'missed'}")
-sys.exit(peak_mib > limit_mib)
+met = peak_mib <= limit_mib and seconds <= limit_s
+print(f"{name}: {megapixels:.0f} Mpx in {seconds:.0f} s ({megapixels / seconds:.1f} Mpx/s; limit {limit_s:.0f} s), "
+      f"peak resident memory {peak_mib:.0f} MiB, limit {limit_mib} MiB: {'met' if met else 'missed'}")
+sys.exit(not met)
 PYTHON
+}
+
+# No multiples of the tile size: equal tiles would be made only once.
+[ -f "$folder/world/dsm.tif" ] || "$landfix" synth -o "$folder/world" --size-m 3100 --gsd 1 --dem-gsd 2
+"$here/repeat.py" "$folder/world/ortho.tif" 65536 65536 "$folder/rgb.vrt"
+"$here/repeat.py" "$folder/world/dsm.tif" 32768 32768 "$folder/heights.vrt"
+[ -f "$folder/town/ortho.tif" ] || "$landfix" synth -o "$folder/town" --seed 3 --size-m 1530 --gsd 0.3
+"$here/repeat.py" "$folder/town/ortho.tif" 22167 25100 "$folder/town.vrt"
+
+failed=0
+measure "landmarks and roads" 556.4 2048 300 \
+  "$landfix" build "$folder/town.vrt" --layers landmarks,roads --force -o "$folder/map.lfpack" || failed=1
+measure "gray, overview, height" 4295 1024 3600 \
+  "$landfix" build "$folder/rgb.vrt" --dem "$folder/heights.vrt" --dem-datum ellipsoid \
+  --layers gray,overview,height --force -o "$folder/map.lfpack" || failed=1
+exit $failed

@@ -30,6 +30,10 @@ void bench_registration(const Data& data, const Options& options, Report& report
 /// How fast all raster layers are made of imagery of several dates, and how large they are; makes its own data.
 void bench_layers(const Data& data, const Options& options, Report& report);
 
+/// Landmarks and roads: finding them in a map and in a camera's image, their bytes in a pack, queries; makes its own
+/// data.
+void bench_landmarks(const Data& data, const Options& options, Report& report);
+
 /// Building a pack against making a COG and a tile pyramid of the same image; on a real image too where LANDFIX_DATA
 /// names the folder.
 void bench_build_time(const Data& data, const Options& options, Report& report);

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <initializer_list>
 #include <opencv2/core/persistence.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -110,6 +111,22 @@ nav::Camera read_camera_model(const std::string& path) {
   if (nav::check(camera) != nav::Status::kOk)
     model.refuse("has a focal length that is not positive or a number that is not finite");
   return camera;
+}
+
+nav::Camera fitted(const nav::Camera& camera, cv::Size size, const std::string& path) {
+  const double ratio = double(size.width) / camera.width;
+  if (std::abs(camera.height * ratio - size.height) > 1)
+    throw Error(
+        ExitCode::kBadInput,
+        fmt::format("{}: expected the camera model's {}x{} pixels or that shrunk, found {}x{}; give the model of "
+                    "the camera that took it",
+                    path, camera.width, camera.height, size.width, size.height));
+  nav::Camera out = camera;
+  out.width = size.width, out.height = size.height;
+  out.fx *= ratio, out.fy *= ratio;
+  out.cx = (camera.cx + 0.5) * ratio - 0.5, out.cy = (camera.cy + 0.5) * ratio - 0.5;
+  if (!camera.mask.empty()) cv::resize(camera.mask, out.mask, size, 0, 0, cv::INTER_NEAREST);
+  return out;
 }
 
 }  // namespace landfix::tools

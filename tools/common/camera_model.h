@@ -15,4 +15,8 @@ namespace landfix::tools {
 /// was expected and what was found.
 nav::Camera read_camera_model(const std::string& path);
 
+/// The calibration for a photograph's size: a photograph may have been shrunk since it was taken. Throws
+/// Error(kBadInput), naming `path`, where the sides have another ratio.
+nav::Camera fitted(const nav::Camera& camera, cv::Size size, const std::string& path);
+
 }  // namespace landfix::tools

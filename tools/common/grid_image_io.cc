@@ -57,7 +57,17 @@ void write_bands(GDALDataset& file, const features::GridImage& image, const cv::
     throw Error(ExitCode::kIo, "the GeoTIFF's mask cannot be written; is the disk full?");
 }
 
-void write_geotiff(const std::string& path, const features::GridImage& image, const tiles::Zone& zone) {
+void set_colours(GDALDataset& file, const Palette& palette) {
+  GDALColorTable table;
+  for (size_t i = 0; i < palette.size(); ++i) {
+    const GDALColorEntry entry{palette[i][0], palette[i][1], palette[i][2], 255};
+    table.SetColorEntry(int(i), &entry);
+  }
+  file.GetRasterBand(1)->SetColorTable(&table);
+}
+
+void write_geotiff(const std::string& path, const features::GridImage& image, const tiles::Zone& zone,
+                   const Palette& palette = {}) {
   ingest::setup_gdal();
   const ingest::GdalMessages messages;
   CPLSetThreadLocalConfigOption("GDAL_TIFF_INTERNAL_MASK", "YES");
@@ -75,6 +85,7 @@ void write_geotiff(const std::string& path, const features::GridImage& image, co
     file->SetGeoTransform(transform);
     file->SetSpatialRef(&crs);
     if (p.depth() == CV_32F) file->GetRasterBand(1)->SetNoDataValue(std::numeric_limits<double>::quiet_NaN());
+    if (!palette.empty()) set_colours(*file, palette);
     write_bands(*file, image, valid_of(image));
     file->FlushCache(true);
     if (messages.failed()) throw Error(ExitCode::kIo, path + ": " + messages.text());
@@ -103,6 +114,14 @@ void write_grid_image(const std::string& path, const features::GridImage& image,
   if (extension == ".png") return write_picture(path, picture_of(image));
   if (extension == ".tif" || extension == ".tiff") return write_geotiff(path, image, zone);
   throw Error(ExitCode::kUsage, path + ": the name must end in .png (for people) or .tif (values, georeferenced)");
+}
+
+void write_class_map(const std::string& path, const features::GridImage& classes, const Palette& palette,
+                     const tiles::Zone& zone) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  if (extension != ".tif" && extension != ".tiff")
+    throw Error(ExitCode::kUsage, path + ": the name of a class map must end in .tif");
+  write_geotiff(path, classes, zone, palette);
 }
 
 }  // namespace landfix::tools

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <gdal_priv.h>
 #include <ogr_spatialref.h>
 #include <ogrsf_frmts.h>
 
@@ -14,6 +13,7 @@
 #include "builder/error.h"
 #include "builder/ingest/gdal.h"
 #include "tools/common/files.h"
+#include "tools/common/geopackage.h"
 #include "tools/common/manifest_json.h"
 #include "tools/common/map_features.h"
 #include "tools/common/vector_style.h"
@@ -122,10 +122,6 @@ Table table_of(const Pack& pack, const std::string& layer, const std::string& pa
   throw Error(ExitCode::kUsage, fmt::format("--layer {}: expected landmarks, roads or intersections", layer));
 }
 
-void require(bool holds, const std::string& path) {
-  if (!holds) throw Error(ExitCode::kIo, path + ": cannot be written: " + CPLGetLastErrorMsg());
-}
-
 // Longitude and latitude in degrees.
 Point in_degrees(const Pack& pack, const Point& p) {
   const auto g = pack.geodetic_from_grid(p.east_m, p.north_m);
@@ -147,7 +143,7 @@ template <typename Place>
 void write_features(const Table& table, OGRLayer& layer, const std::string& path, Place place) {
   for (const Field& field : table.fields) {
     OGRFieldDefn definition(field.name, field.type);
-    require(layer.CreateField(&definition) == OGRERR_NONE, path);
+    require_written(layer.CreateField(&definition) == OGRERR_NONE, path);
   }
   for (const Feature& f : table.features) {
     OGRFeature feature(layer.GetLayerDefn());
@@ -159,7 +155,7 @@ void write_features(const Table& table, OGRLayer& layer, const std::string& path
     }
     const OGRPoint point(line.getX(0), line.getY(0));
     feature.SetGeometry(table.geometry == wkbPoint ? static_cast<const OGRGeometry*>(&point) : &line);
-    require(layer.CreateFeature(&feature) == OGRERR_NONE, path);
+    require_written(layer.CreateFeature(&feature) == OGRERR_NONE, path);
   }
 }
 
@@ -167,7 +163,7 @@ void write_features(const Table& table, OGRLayer& layer, const std::string& path
 void write_style(GDALDataset& file, const Table& table, const std::string& path) {
   const char* options[] = {"FID=id", nullptr};
   OGRLayer* styles = file.CreateLayer("layer_styles", nullptr, wkbNone, const_cast<char**>(options));
-  require(styles != nullptr, path);
+  require_written(styles != nullptr, path);
   const std::pair<const char*, std::string> columns[] = {{"f_table_catalog", ""},
                                                          {"f_table_schema", ""},
                                                          {"f_table_name", table.name},
@@ -186,52 +182,32 @@ void write_style(GDALDataset& file, const Table& table, const std::string& path)
                                   : column == "useAsDefault" ? OFTInteger
                                                              : OFTString);
     if (column == "useAsDefault") definition.SetSubType(OFSTBoolean);
-    require(styles->CreateField(&definition) == OGRERR_NONE, path);
+    require_written(styles->CreateField(&definition) == OGRERR_NONE, path);
   }
   OGRFeature feature(styles->GetLayerDefn());
   for (const auto& [name, value] : columns) feature.SetField(name, value.c_str());
-  require(styles->CreateFeature(&feature) == OGRERR_NONE, path);
+  require_written(styles->CreateFeature(&feature) == OGRERR_NONE, path);
 }
 
-GDALDatasetUniquePtr create(const char* driver, const std::string& file, const std::string& path) {
-  GDALDatasetUniquePtr out(
-      GetGDALDriverManager()->GetDriverByName(driver)->Create(file.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
-  require(out != nullptr, path);
-  return out;
-}
-
-void close(GDALDatasetUniquePtr file, const std::string& path) {
-  CPLErrorReset();
-  file.reset();
-  require(CPLGetLastErrorType() < CE_Failure, path);
-}
-
-void write_geopackage(const std::string& path, const Pack& pack, const Table& table) {
-  // Otherwise the file tells when it was written.
-  CPLSetThreadLocalConfigOption("OGR_CURRENT_DATE", "1970-01-01T00:00:00.000Z");
+void export_geopackage(const std::string& path, const Pack& pack, const Table& table) {
   OGRSpatialReference crs;
   crs.importFromEPSG(tiles::epsg_code(zone_of(pack)));
-  write_atomically(path, [&](const std::string& temporary) {
-    GDALDatasetUniquePtr file = create("GPKG", temporary, path);
-    OGRLayer* layer = file->CreateLayer(table.name.c_str(), &crs, table.geometry, nullptr);
-    require(layer != nullptr, path);
-    write_features(table, *layer, path, [](const Point& p) { return p; });
-    write_style(*file, table, path);
-    close(std::move(file), path);
+  write_geopackage(path, [&](GDALDataset& file) {
+    write_features(table, add_layer(file, table.name, crs, table.geometry, path), path,
+                   [](const Point& p) { return p; });
+    write_style(file, table, path);
   });
 }
 
-void write_geojson(const std::string& path, const Pack& pack, const Table& table) {
+void export_geojson(const std::string& path, const Pack& pack, const Table& table) {
   OGRSpatialReference crs;
   crs.importFromEPSG(4326);
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  write_atomically(path, [&](const std::string& temporary) {
-    GDALDatasetUniquePtr file = create("GeoJSON", temporary, path);
+  write_dataset(path, "GeoJSON", [&](GDALDataset& file) {
     const char* options[] = {"RFC7946=YES", "COORDINATE_PRECISION=8", "WRITE_NAME=NO", nullptr};
-    OGRLayer* layer = file->CreateLayer(table.name.c_str(), &crs, table.geometry, const_cast<char**>(options));
-    require(layer != nullptr, path);
+    OGRLayer* layer = file.CreateLayer(table.name.c_str(), &crs, table.geometry, const_cast<char**>(options));
+    require_written(layer != nullptr, path);
     write_features(table, *layer, path, [&](const Point& p) { return in_degrees(pack, p); });
-    close(std::move(file), path);
   });
   write_text(fs::path(path).replace_extension(".qml"), qgis_style(table.name));
 }
@@ -246,9 +222,9 @@ size_t write_vector_file(const std::string& path, const Pack& pack, const std::s
   ingest::setup_gdal();
   const Table table = table_of(pack, layer, pack_path);
   if (extension == ".gpkg")
-    write_geopackage(path, pack, table);
+    export_geopackage(path, pack, table);
   else
-    write_geojson(path, pack, table);
+    export_geojson(path, pack, table);
   return table.features.size();
 }
 

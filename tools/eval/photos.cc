@@ -12,6 +12,7 @@
 #include "builder/error.h"
 #include "runtime/nav/pack_map.h"
 #include "runtime/nav/rectify.h"
+#include "tools/common/camera_model.h"
 #include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
 #include "tools/common/photo.h"
@@ -50,23 +51,6 @@ std::optional<Place> common_offset(const std::vector<Place>& offsets) {
     ++count;
   }
   return Place{mean.east_m / count, mean.north_m / count};
-}
-
-/// The calibration for the photograph's size: a photograph may have been shrunk since.
-nav::Camera fitted(const nav::Camera& camera, cv::Size size, const std::string& path) {
-  const double ratio = double(size.width) / camera.width;
-  if (std::abs(camera.height * ratio - size.height) > 1)
-    throw Error(
-        ExitCode::kBadInput,
-        fmt::format("{}: expected the camera model's {}x{} pixels or that shrunk, found {}x{}; give the model of "
-                    "the camera that took it",
-                    path, camera.width, camera.height, size.width, size.height));
-  nav::Camera out = camera;
-  out.width = size.width, out.height = size.height;
-  out.fx *= ratio, out.fy *= ratio;
-  out.cx = (camera.cx + 0.5) * ratio - 0.5, out.cy = (camera.cy + 0.5) * ratio - 0.5;
-  if (!camera.mask.empty()) cv::resize(camera.mask, out.mask, size, 0, 0, cv::INTER_NEAREST);
-  return out;
 }
 
 /// Heights of the map around a place. The plane is the median height: beyond the map's edge the ground goes on.
@@ -144,7 +128,7 @@ nav::Camera place_by_tags(const tools::PhotoTags& tags, const tiles::Zone& zone,
                           PhotoResult& r) {
   tools::require_placeable(tags, o.camera.has_value());
   const tools::PhotoPose pose = tools::pose_from_tags(tags, zone);
-  const nav::Camera camera = o.camera ? fitted(*o.camera, size, tags.file)
+  const nav::Camera camera = o.camera ? tools::fitted(*o.camera, size, tags.file)
                                       : tools::camera_from_tags(tags, size.width, size.height, &r.camera_source);
   if (o.camera) r.camera_source = "camera model";
   r.tag_place = *tags.place;

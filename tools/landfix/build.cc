@@ -139,7 +139,7 @@ ordered_json json_of(const std::string& output, const BuildSummary& s) {
                       {"resumed_jobs", s.resumed_jobs},
                       {"warnings", s.warnings},
                       {"shifts", ordered_json::array()},
-                      {"known", s.known},
+                      {"features", s.features},
                       {"layers", ordered_json::array()}};
   for (const ShiftSummary& shift : s.shifts) {
     const ingest::Alignment& a = shift.alignment;
@@ -177,7 +177,7 @@ void print(const std::string& output, const BuildSummary& s) {
                  double(bytes) / 1e6, tiles::gsd_of(layer.levels.front().level),
                  tiles::gsd_of(layer.levels.back().level));
   }
-  for (const std::string& text : s.known) fmt::print("  {}\n", text);
+  for (const std::string& text : s.features) fmt::print("  {}\n", text);
   if (s.stored_tiles < s.tiles)
     fmt::print("  {} of {} tiles equal another and are stored once\n", s.tiles - s.stored_tiles, s.tiles);
   fmt::print("  {:.1f} s, {:.1f} Mpx/s\n", s.seconds, s.megapixels / s.seconds);
@@ -218,6 +218,10 @@ void add_build(CLI::App& app) {
       fmt::format("FILE[:LAYER][=KIND]: landmarks and roads that are known already, of OpenStreetMap or "
                   "an agency. KIND is one of {} (default: by tags, else by the layer's name)",
                   landmarks::kKindNames));
+  command->add_option("--landmark-model", line->options.landmark_model,
+                      "What landmarks look like (default: the model that comes with landfix)");
+  command->add_option("--road-model", line->options.road_model,
+                      "What roads look like (default: the model that comes with landfix)");
   command->add_option("--aoi", line->options.area_file,
                       "Polygons of a vector file: only tiles that they touch are stored");
   command->add_option("--bbox", line->options.bbox, "West,south,east,north in degrees, instead of --aoi");

@@ -1,5 +1,5 @@
-// The subcommands of `landfix`. Each adds itself to the application with its options, help and examples; its callback does
-// the work and throws landfix::Error, which main() turns into a message and an exit code.
+// The subcommands of `landfix`. Each adds itself to the application with its options, help and examples; its callback
+// does the work and throws landfix::Error, which main() turns into a message and an exit code.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,5 +16,13 @@ void add_sign(CLI::App& app);
 void add_synth(CLI::App& app);
 void add_fly(CLI::App& app);
 void add_eval(CLI::App& app);
+void add_eval_roads(CLI::App& eval);
+void add_roads(CLI::App& app);
+void add_train_roads(CLI::App& app);
+void add_train_objects(CLI::App& app);
+void add_landmarks(CLI::App& app);
+void add_eval_landmarks(CLI::App& eval_command);
+void add_train(CLI::App& app);
+void add_classify(CLI::App& app);
 
 }  // namespace landfix::tools

@@ -348,7 +348,8 @@ Examples:
 }  // namespace
 
 void add_eval(CLI::App& app) {
-  CLI::App* sub = app.add_subcommand("eval", "Measure how well images register with a map");
+  CLI::App* sub =
+      app.add_subcommand("eval", "Measure how well images register with a map, and landmarks are recognised");
   sub->require_subcommand(1);
   sub->footer(R"(
 Examples:
@@ -364,6 +365,8 @@ Examples:
   add_register(*sub);
   add_pairs(*sub);
   add_photos(*sub);
+  add_eval_roads(*sub);
+  add_eval_landmarks(*sub);
 }
 
 }  // namespace landfix::tools

@@ -35,6 +35,12 @@ void add_all(CLI::App& app) {
   landfix::tools::add_synth(app);
   landfix::tools::add_fly(app);
   landfix::tools::add_eval(app);
+  landfix::tools::add_roads(app);
+  landfix::tools::add_train_roads(app);
+  landfix::tools::add_landmarks(app);
+  landfix::tools::add_train_objects(app);
+  landfix::tools::add_train(app);
+  landfix::tools::add_classify(app);
 }
 
 /// Options as `--json[=FILE]` where a value may follow; CLI11 shows the value that stands for none instead.

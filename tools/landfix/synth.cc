@@ -85,6 +85,8 @@ void add_synth(CLI::App& app) {
       ->check(CLI::IsMember({"spring", "summer", "autumn", "winter"}))
       ->capture_default_str();
   sub->add_option("--year", a.world.year, "Year of the picture; crops rotate")->capture_default_str();
+  sub->add_flag("--varied-roads", a.world.varied_roads,
+                "Roads of more kinds: carriageways apart, shoulders, roundabouts, tracks of different width");
   sub->add_flag("--snow", a.world.snow, "Snow on the ground (winter only)");
   sub->add_option("--sun", a.sun_deg, "Azimuth from grid north and elevation in degrees")
       ->delimiter(',')

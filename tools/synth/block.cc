@@ -120,6 +120,8 @@ class BlockMaker {
     if (const int degree = plan_.degree(i, j); degree >= 3) {
       block_.intersections.push_back({ground_.grid_from_plan(sw), degree});
     }
+    block_.roundabout_m = {plan_.roundabout_m(i, j), plan_.roundabout_m(i + 1, j), plan_.roundabout_m(i + 1, j + 1),
+                           plan_.roundabout_m(i, j + 1)};
     Piece whole;
     for (int k = 0; k < 4; ++k) whole.push(block_.corners[k], k);
     block_.root = divide(whole, 0, key_);
@@ -136,23 +138,23 @@ class BlockMaker {
   }
 
   void add_road(Point a, Point b, const RoadSpec& spec) {
-    Road road{{}, spec.width_m, spec.kind};
+    Road road{{}, spec.width_m, spec.kind, spec.shoulder_m, spec.median_m, spec.yellow};
     const int steps = std::max(1, static_cast<int>(std::ceil(cv::norm(b - a) / kLineStep_m)));
     for (int k = 0; k <= steps; ++k) {
       road.line.push_back(ground_.grid_from_plan(a + (b - a) * (static_cast<double>(k) / steps)));
     }
-    if (spec.avenue) plant_avenue(road);
+    if (spec.avenue) plant_avenue(road, spec.tree_gap_m);
     block_.roads.push_back(std::move(road));
   }
 
-  void plant_avenue(const Road& road) {
+  void plant_avenue(const Road& road, double gap_m) {
     Random random(key(key_, kLeafSalt, static_cast<int64_t>(block_.row_trees.size())));
     for (size_t k = 2; k + 2 < road.line.size(); ++k) {
       const Point along = (road.line[k] - road.line[k - 1]) * (1 / cv::norm(road.line[k] - road.line[k - 1]));
       for (const double side : {-1.0, 1.0}) {
         if (!random.chance(0.85)) continue;
         const double height = random.between(7, 14);
-        const double away = road.width_m / 2 + 3.5 + random.between(-0.4, 0.4);
+        const double away = road.width_m / 2 + gap_m + random.between(-0.4, 0.4);
         const Point at = road.line[k] + along * random.between(-1, 1) + Point(-along.y, along.x) * (side * away);
         block_.row_trees.push_back({at, 0.22 * height + 0.8, height, 0, false, random.word()});
       }

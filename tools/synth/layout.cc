@@ -64,7 +64,9 @@ bool Block::contains(Point plan) const {
 }
 
 bool Block::near_corner(Point plan, double distance_m) const {
-  return std::ranges::any_of(corners, [&](Point corner) { return cv::norm(plan - corner) < distance_m; });
+  for (size_t k = 0; k < corners.size(); ++k)
+    if (cv::norm(plan - corners[k]) < std::max(distance_m, roundabout_m[k] + 3)) return true;
+  return false;
 }
 
 Layout::Layout(const Plan& plan, const Rectangle& area)
@@ -112,6 +114,9 @@ Site Layout::site(Point plan, const Block* hint) const {
     if (border.road_width_m > 0) road_m = std::min(road_m, distance - border.road_width_m / 2);
   };
   for (int k = 0; k < 4; ++k) pass(block->borders[k], std::abs(block->borders[k].distance_m(plan)));
+  for (size_t k = 0; k < 4; ++k)
+    if (block->roundabout_m[k] > 0)
+      road_m = std::min(road_m, cv::norm(plan - block->corners[k]) - block->roundabout_m[k]);
   int node = block->root;
   while (node >= 0) {
     const Block::Node& n = block->nodes[node];

@@ -37,8 +37,9 @@ struct Block {
   };
 
   int64_t i = 0, j = 0;
-  std::array<Point, 4> corners;  ///< plan: south-west, south-east, north-east, north-west
-  std::vector<Border> borders;   ///< the first four are the south, east, north and west edge
+  std::array<Point, 4> corners;          ///< plan: south-west, south-east, north-east, north-west
+  std::array<double, 4> roundabout_m{};  ///< radii of roundabouts at the corners; 0: none
+  std::vector<Border> borders;           ///< the first four are the south, east, north and west edge
   std::vector<Node> nodes;
   int root = 0;
   std::vector<Parcel> parcels;

@@ -70,6 +70,8 @@ struct Road {
   std::vector<Point> line;
   double width_m = 0;
   RoadKind kind = RoadKind::kTrack;
+  double shoulder_m = 0, median_m = 0;  ///< of the width: paved strips outside of the edge lines, grass in the middle
+  bool yellow = false;                  ///< its middle line
 };
 
 struct Intersection {

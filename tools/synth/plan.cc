@@ -8,8 +8,31 @@
 namespace landfix::synth {
 namespace {
 
-constexpr uint64_t kNodeSalt = 21, kVillageSalt = 22, kEastSalt = 23, kNorthSalt = 24, kLakeSalt = 25;
+constexpr uint64_t kNodeSalt = 21, kVillageSalt = 22, kEastSalt = 23, kNorthSalt = 24, kLakeSalt = 25,
+                   kEastLineSalt = 26, kNorthLineSalt = 27, kRoundaboutSalt = 28, kVarietySalt = 29;
 constexpr double kJitter = 0.2;  // a lattice square stays convex below 0.25
+
+// What runs on: the same along a whole line of the lattice.
+void vary_main(uint64_t line_key, RoadSpec& spec) {
+  Random random(line_key);
+  const double kind = random.between(0, 1);
+  spec.yellow = random.chance(0.3);
+  if (kind < 0.25) {  // two carriageways
+    spec.median_m = random.between(2, 5);
+    spec.shoulder_m = random.between(0.5, 2.5);
+    spec.width_m = spec.median_m + 2 * (7 + spec.shoulder_m);
+  } else if (kind < 0.6) {
+    spec.shoulder_m = random.between(0.5, 2.5);
+    spec.width_m = 7 + 2 * spec.shoulder_m;
+  }
+}
+
+void vary(uint64_t road_key, uint64_t line_key, RoadSpec& spec) {
+  Random random(mix(road_key ^ kVarietySalt));
+  spec.tree_gap_m = random.between(1.6, 4);
+  if (spec.kind == RoadKind::kMain) return vary_main(line_key, spec);
+  spec.width_m = spec.kind == RoadKind::kMinor ? random.between(4.5, 7) : random.between(2.4, 4.2);
+}
 
 }  // namespace
 
@@ -40,27 +63,41 @@ std::optional<Village> Plan::village(int64_t i, int64_t j) const {
   return Village{node(i, j), random.between(100, 215)};
 }
 
-std::optional<RoadSpec> Plan::road(uint64_t road_key, bool through_road, bool touches_village) const {
+std::optional<RoadSpec> Plan::road(uint64_t road_key, uint64_t line_key, bool through_road,
+                                   bool touches_village) const {
   Random random(road_key);
   const bool built = random.chance(through_road ? 0.95 : 0.66);
   const bool paved = random.chance(0.6);
   const bool avenue = random.chance(0.3);
   if (!built && !touches_village) return std::nullopt;
   const RoadKind kind = through_road ? RoadKind::kMain : paved || touches_village ? RoadKind::kMinor : RoadKind::kTrack;
-  return RoadSpec{kind, width_of(kind), avenue && kind != RoadKind::kTrack};
+  RoadSpec spec{kind, width_of(kind), avenue && kind != RoadKind::kTrack};
+  if (varied_) vary(road_key, line_key, spec);
+  return spec;
 }
 
 std::optional<RoadSpec> Plan::road_east(int64_t i, int64_t j) const {
-  return road(key(seed_, kEastSalt, i, j), j % 2 == 0, village(i, j) || village(i + 1, j));
+  return road(key(seed_, kEastSalt, i, j), key(seed_, kEastLineSalt, j), j % 2 == 0,
+              village(i, j) || village(i + 1, j));
 }
 
 std::optional<RoadSpec> Plan::road_north(int64_t i, int64_t j) const {
-  return road(key(seed_, kNorthSalt, i, j), i % 3 == 0, village(i, j) || village(i, j + 1));
+  return road(key(seed_, kNorthSalt, i, j), key(seed_, kNorthLineSalt, i), i % 3 == 0,
+              village(i, j) || village(i, j + 1));
 }
 
 int Plan::degree(int64_t i, int64_t j) const {
   return road_east(i, j).has_value() + road_east(i - 1, j).has_value() + road_north(i, j).has_value() +
          road_north(i, j - 1).has_value();
+}
+
+double Plan::roundabout_m(int64_t i, int64_t j) const {
+  Random random(key(seed_, kRoundaboutSalt, i, j));
+  if (!varied_ || !random.chance(0.4) || degree(i, j) < 3 || village(i, j)) return 0;
+  double widest = 0;
+  for (const auto& road : {road_east(i, j), road_east(i - 1, j), road_north(i, j), road_north(i, j - 1)})
+    if (road) widest = std::max(widest, road->kind == RoadKind::kTrack ? 0 : road->width_m);
+  return widest > 0 ? std::max(random.between(12, 21), widest / 2 + 7) : 0;
 }
 
 Point Plan::block_centre(int64_t i, int64_t j) const {

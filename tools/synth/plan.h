@@ -23,14 +23,19 @@ struct Village {
 struct RoadSpec {
   RoadKind kind = RoadKind::kTrack;
   double width_m = 0;
-  bool avenue = false;  ///< trees on both sides
+  bool avenue = false;                  ///< trees on both sides
+  double shoulder_m = 0, median_m = 0;  ///< of the width: paved strips outside of the edge lines, grass in the middle
+  bool yellow = false;                  ///< its middle line
+  double tree_gap_m = 3.5;              ///< of an avenue: from the edge to the trunks
 };
 
 double width_of(RoadKind kind);
 
 class Plan {
  public:
-  Plan(uint64_t seed, const Ground& ground) : seed_(seed), ground_(ground) {}
+  /// `varied`: main roads of all kinds, roundabouts, tracks and avenues of different width; else one width for each
+  /// kind.
+  Plan(uint64_t seed, const Ground& ground, bool varied) : seed_(seed), ground_(ground), varied_(varied) {}
 
   uint64_t seed() const { return seed_; }
   const Ground& ground() const { return ground_; }
@@ -43,15 +48,18 @@ class Plan {
   /// Road from node (i, j) to its northern neighbour.
   std::optional<RoadSpec> road_north(int64_t i, int64_t j) const;
   int degree(int64_t i, int64_t j) const;
+  /// Outer radius of the roundabout at node (i, j); 0 where there is none.
+  double roundabout_m(int64_t i, int64_t j) const;
   /// The lake of the block whose south-western node is (i, j): blocks lower than their four neighbours hold one.
   std::optional<Lake> lake(int64_t i, int64_t j) const;
 
  private:
   Point block_centre(int64_t i, int64_t j) const;
-  std::optional<RoadSpec> road(uint64_t road_key, bool through_road, bool touches_village) const;
+  std::optional<RoadSpec> road(uint64_t road_key, uint64_t line_key, bool through_road, bool touches_village) const;
 
   uint64_t seed_;
   const Ground& ground_;
+  const bool varied_;
 };
 
 }  // namespace landfix::synth

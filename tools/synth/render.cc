@@ -33,7 +33,7 @@ float coverage(double inside_m, double gsd_m) {
 struct Paving {
   float coverage = 0;
   float across_m = 0, along_m = 0;  ///< from the centre line, from the road's beginning
-  float width_m = 0;
+  const Road* road = nullptr;
 };
 
 class Painter {
@@ -232,7 +232,24 @@ class Painter {
         }
       }
     }
+    for (const Block& block : layout_.blocks())
+      for (size_t k = 0; k < 4; ++k)
+        if (block.roundabout_m[k] > 0) pave_roundabout(asphalt, block.corners[k], block.roundabout_m[k]);
     return {gravel, asphalt};
+  }
+
+  /// A ring of asphalt about an island, over the roads that end there.
+  void pave_roundabout(std::vector<Paving>& paving, Point corner, double radius_m) const {
+    const std::array<Point, 1> centre = {layout_.plan().ground().grid_from_plan(corner)};
+    lattice_.visit(bounds_of(centre).grown(radius_m + lattice_.gsd_m), [&](int x, int y, Point p) {
+      const double away = cv::norm(p - centre[0]);
+      const float ring = coverage(radius_m - away, lattice_.gsd_m);
+      const float island = coverage(radius_m - std::max(6.0, 0.4 * radius_m) - away, lattice_.gsd_m);
+      if (ring <= 0) return;
+      Paving& here = paving[index(x, y)];
+      here.road = nullptr;  // without markings
+      here.coverage = std::max(here.coverage, ring) * (1 - island);
+    });
   }
 
   void pave_piece(std::vector<Paving>& paving, const Road& road, Point a, Point b, double along_m) const {
@@ -247,7 +264,7 @@ class Painter {
       // Where roads overlap the one whose middle is nearer shows.
       const auto across = static_cast<float>(away);
       if (covered > here.coverage || (covered == here.coverage && covered > 0 && across < here.across_m)) {
-        here = {covered, across, static_cast<float>(along_m + t), static_cast<float>(road.width_m)};
+        here = {covered, across, static_cast<float>(along_m + t), &road};
       }
     });
   }
@@ -263,16 +280,30 @@ class Painter {
     }
     if (asphalt.coverage > 0) {
       Colour road = kAsphalt * (1 + 0.06f * t.texture + 0.10f * t.soil + 0.04f * t.sprout);
-      const double edge = static_cast<double>(asphalt.width_m) / 2 - static_cast<double>(asphalt.across_m);
-      const bool dash = asphalt.along_m - 9 * std::floor(asphalt.along_m / 9) < 4;
-      if (asphalt.width_m > 7) {
-        const float line = std::max(dash ? coverage(0.08 - static_cast<double>(asphalt.across_m), lattice_.gsd_m) : 0,
-                                    coverage(0.08 - std::abs(edge - 0.4), lattice_.gsd_m));
-        road = mixed(road, Colour(225, 225, 220, 200), line * static_cast<float>(std::min(1.0, 0.16 / lattice_.gsd_m)));
-      }
+      if (asphalt.road != nullptr) road = with_markings(road, asphalt, t);
       out = mixed(out, snowed(road, 0.15f, t), asphalt.coverage);
     }
     return out;
+  }
+
+  /// Lines of paint on roads of two lanes and more, and the grass between two carriageways.
+  Colour with_markings(const Colour& asphalt, const Paving& here, const Textures& t) const {
+    const Road& road = *here.road;
+    if (road.width_m <= 7) return asphalt;
+    const Colour white(225, 225, 220, 200), yellow(225, 170, 60, 200);
+    const auto across = static_cast<double>(here.across_m);
+    const double middle = road.median_m > 0 ? across - road.median_m / 2 - 0.3 : across;
+    const double edge = road.width_m / 2 - across - std::max(0.4, road.shoulder_m);
+    const bool dash = here.along_m - 9 * std::floor(here.along_m / 9) < 4;
+    const auto share = static_cast<float>(std::min(1.0, 0.16 / lattice_.gsd_m));
+    const float at_edge = coverage(0.08 - std::abs(edge), lattice_.gsd_m);
+    const bool painted = dash || road.yellow || road.median_m > 0;
+    const float in_middle = painted ? coverage(0.08 - std::abs(middle), lattice_.gsd_m) : 0;
+    Colour out = mixed(asphalt, white, share * std::max(at_edge, road.yellow ? 0 : in_middle));
+    if (road.yellow) out = mixed(out, yellow, share * in_middle);
+    if (road.median_m <= 0) return out;
+    const Colour grass = grass_colour(look_.season) * (1 + 0.1f * t.texture);
+    return mixed(out, grass, coverage(road.median_m / 2 - across, lattice_.gsd_m));
   }
 
   /// From the lowest to the highest, each over what lies below.

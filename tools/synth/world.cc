@@ -69,7 +69,7 @@ void check(const WorldOptions& o) {
 World::World(const WorldOptions& options) : options_(options) {
   check(options);
   ground_ = std::make_unique<const Ground>(options.seed, options.base_height_m, options.relief_m);
-  plan_ = std::make_unique<const Plan>(options.seed, *ground_);
+  plan_ = std::make_unique<const Plan>(options.seed, *ground_, options.varied_roads);
 }
 
 World::~World() = default;

@@ -36,6 +36,7 @@ struct WorldOptions {
   double base_height_m = 320;  ///< mean height of the ground above the ellipsoid
   double relief_m = 25;        ///< hills and valleys lie about this much above and below the mean, kilometres apart
   bool near_infrared = false;  ///< a fourth band
+  bool varied_roads = false;   ///< carriageways apart, shoulders, roundabouts, tracks of different width
 };
 
 /// Throws Error(kBadInput) that names the value, the range and what to do.

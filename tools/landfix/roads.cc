@@ -1,0 +1,80 @@
+// `landfix roads`: the roads of one image, to look at and to try models.
+#include <fmt/format.h>
+
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "builder/ingest/window.h"
+#include "builder/roads/road_extraction.h"
+#include "tools/common/drawing.h"
+#include "tools/common/grid_image_io.h"
+#include "tools/common/map_features.h"
+#include "tools/common/road_file.h"
+#include "tools/landfix/commands.h"
+
+namespace landfix::tools {
+namespace {
+
+struct Arguments {
+  std::string image, output, picture, model;
+  int threads = 0;
+};
+
+// Lines and intersections over the image at two pixels per metre.
+void draw(const std::string& path, const features::GridImage& image, const tiles::RoadGraph& graph) {
+  constexpr int kScale = 2, kFraction = 4;  // bits of a pixel that OpenCV draws with
+  cv::Mat picture = picture_of(image);
+  cv::resize(picture, picture, {}, kScale, kScale, cv::INTER_LINEAR);
+  const auto at = [&](double east_m, double north_m) {
+    const double x = (image.column_of(east_m) + 0.5) * kScale - 0.5, y = (image.row_of(north_m) + 0.5) * kScale - 0.5;
+    return cv::Point(int(std::lround(x * (1 << kFraction))), int(std::lround(y * (1 << kFraction))));
+  };
+  const cv::Scalar road(kRoadColour[2], kRoadColour[1], kRoadColour[0], 255), node(255, 0, 255, 255);
+  for (const tiles::RoadEdge& e : graph.edges) {
+    std::vector<cv::Point> line = {at(graph.nodes[e.from].east_m, graph.nodes[e.from].north_m)};
+    for (const tiles::RoadPoint& p : e.vertices) line.push_back(at(p.east_m, p.north_m));
+    line.push_back(at(graph.nodes[e.to].east_m, graph.nodes[e.to].north_m));
+    cv::polylines(picture, line, false, road, 2, cv::LINE_AA, kFraction);
+  }
+  for (const tiles::RoadNode& n : graph.nodes)
+    if (n.kind == tiles::RoadNodeKind::kIntersection)
+      cv::circle(picture, at(n.east_m, n.north_m), 6 << kFraction, node, 2, cv::LINE_AA, kFraction);
+  write_picture(path, picture);
+}
+
+void run(const Arguments& a) {
+  const tiles::Zone zone = ingest::standard_zone_of(a.image);
+  const features::GridImage image = ingest::load_image({.path = a.image}, zone, std::nullopt, landmarks::kRoadGsd_m);
+  const landmarks::RoadModel model =
+      a.model.empty() ? landmarks::default_road_model() : landmarks::read_road_model(a.model);
+  const tiles::RoadGraph graph = landmarks::extract_roads(image, model, a.threads);
+  if (!a.output.empty()) write_road_file(a.output, graph, zone);
+  if (!a.picture.empty()) draw(a.picture, image, graph);
+  double length_m = 0;
+  size_t intersections = 0;
+  for (const tiles::RoadEdge& e : graph.edges) length_m += tiles::length_of(graph, e);
+  for (const tiles::RoadNode& n : graph.nodes) intersections += n.kind == tiles::RoadNodeKind::kIntersection;
+  fmt::print("{:.2f} km of roads in {} parts, {} intersections\n", length_m / 1000, graph.edges.size(), intersections);
+}
+
+}  // namespace
+
+void add_roads(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  CLI::App* sub = app.add_subcommand("roads", "Find the roads of an image");
+  sub->add_option("image", a.image, "Georeferenced image")->required()->type_name("IMAGE");
+  sub->add_option("-o,--output", a.output, "Write the roads and intersections to a GeoPackage")->type_name("FILE.gpkg");
+  sub->add_option("--picture", a.picture, "Draw them over the image")->type_name("FILE.png");
+  sub->add_option("--model", a.model, "What roads look like [the model that comes with landfix]")->type_name("FILE");
+  sub->add_option("--threads", a.threads, "Threads; 0 for all cores. The roads are the same whatever their number")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  sub->footer(R"(
+Example:
+  landfix roads city.tif -o roads.gpkg --picture roads.png
+)");
+  sub->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace landfix::tools
