@@ -4,6 +4,7 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <ogrsf_frmts.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -26,19 +27,27 @@ using tiles::LandmarkClass;
 
 constexpr int kDone = 0, kUsage = 2, kBadInput = 3, kIo = 7;
 
-// A village of 400 m by 400 m on disk, written once.
-const std::string& village() {
-  static const std::string kFolder = [] {
-    const std::string folder = testing::TempDir() + "landfix_village";
+// A village of 400 m by 400 m on disk, written once by each process.
+class VillageFolder {
+ public:
+  VillageFolder() : path_(testing::TempDir() + "landfix_village_" + std::to_string(getpid())) {
     synth::WorldOptions options;
     options.west_m = 500850;
     options.south_m = 5401400;
     options.size_m = 400;
     options.gsd_m = 1;
-    synth::write_world(options, folder);
-    return folder;
-  }();
-  return kFolder;
+    synth::write_world(options, path_);
+  }
+  ~VillageFolder() { std::filesystem::remove_all(path_); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+const std::string& village() {
+  static const VillageFolder kFolder;
+  return kFolder.path();
 }
 
 TEST(LandmarksCommand, WritesPointsOutlinesAndAPicture) {
