@@ -357,6 +357,13 @@ layers::TileData Run::decode(const LayerPlan& layer, const TileRecord& record) c
   return out;
 }
 
+// A level that holds anything.
+void add_summary(const exporter::PackLevel& level, LayerSummary& layer) {
+  LevelSummary out{level.level};
+  for (const TileRecord& tile : level.tiles) ++out.tiles, out.bytes += tile.length;
+  if (out.tiles) layer.levels.push_back(out);
+}
+
 // Adds the finished tiles to the description of the pack, and what there is of them to the summary.
 exporter::PackDescription collect(const Plan& plan, const Catalog& catalog, std::vector<LayerSummary>& summary) {
   exporter::PackDescription pack = plan.description;
@@ -366,18 +373,14 @@ exporter::PackDescription collect(const Plan& plan, const Catalog& catalog, std:
     summary.push_back({layer.info().name, layer.codec, {}});
     for (int level = layer.base_level; level <= layer.top_level; ++level) {
       pack.layers[i].levels.push_back({level, catalog.tiles(layer.info().name, level)});
-      LevelSummary out{level};
-      for (const TileRecord& tile : pack.layers[i].levels.back().tiles) ++out.tiles, out.bytes += tile.length;
-      if (out.tiles) summary.back().levels.push_back(out);
+      add_summary(pack.layers[i].levels.back(), summary.back());
     }
   }
   for (size_t i = plan.layers.size(); i < pack.layers.size(); ++i) {
     exporter::PackLevel& level = pack.layers[i].levels.front();
     level.tiles = catalog.tiles(pack.layers[i].name, level.level);
-    LevelSummary out{level.level};
-    for (const TileRecord& tile : level.tiles) ++out.tiles, out.bytes += tile.length;
     summary.push_back({pack.layers[i].name, tiles::Codec::kVector, {}});
-    if (out.tiles) summary.back().levels.push_back(out);
+    add_summary(level, summary.back());
   }
   return pack;
 }

@@ -293,6 +293,13 @@ bool intersections_of(const RoadGraph& graph, std::vector<RoadIntersection>& int
   return false;
 }
 
+std::vector<RoadPoint> line_of(const RoadGraph& graph, const RoadEdge& edge) {
+  const Walk walk(graph, edge, false);
+  std::vector<RoadPoint> line;
+  for (size_t i = 0; i < walk.size(); ++i) line.push_back(walk[i]);
+  return line;
+}
+
 double length_of(const RoadGraph& graph, const RoadEdge& edge) {
   const Walk walk(graph, edge, false);
   double length = 0;

@@ -84,6 +84,9 @@ struct RoadIntersection {
 /// The nodes where three edges or more meet, in the order of the nodes; false where memory ran out.
 bool intersections_of(const RoadGraph& graph, std::vector<RoadIntersection>& intersections) noexcept;
 
+/// An edge from its first node along its vertices to its last.
+std::vector<RoadPoint> line_of(const RoadGraph& graph, const RoadEdge& edge);
+
 /// Length of an edge along its vertices.
 double length_of(const RoadGraph& graph, const RoadEdge& edge);
 

@@ -87,4 +87,9 @@ tiles::Zone standard_zone_of(const std::string& path) {
   return *zone;
 }
 
+GridBounds bounds_of(const features::GridImage& image) {
+  return {image.west_m, image.north_m - image.pixels.rows * image.gsd_m, image.west_m + image.pixels.cols * image.gsd_m,
+          image.north_m};
+}
+
 }  // namespace landfix::ingest

@@ -19,6 +19,9 @@ features::GridImage load_image(const SourceOptions& file, const tiles::Zone& zon
 features::GridImage load_elevation(const SourceOptions& file, const tiles::Zone& zone,
                                    std::optional<GridBounds> bounds = std::nullopt, double gsd_m = 0);
 
+/// What an image covers of the grid.
+GridBounds bounds_of(const features::GridImage& image);
+
 /// The standard zone of a raster's centre. Throws like ImageSet.
 tiles::Zone standard_zone_of(const std::string& path);
 

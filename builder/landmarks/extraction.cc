@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
 #include "builder/error.h"
-#include "builder/landmarks/known.h"
+#include "builder/landmarks/orientation.h"
 #include "builder/landmarks/outline.h"
 
 namespace landfix::landmarks {
@@ -22,7 +21,6 @@ using tiles::LandmarkClass;
 constexpr int kBlock_px = 1024;
 constexpr int kWood_px = 61;         // side of the square around a tree that tells a wood
 constexpr double kWoodShare = 0.25;  // of it that other crowns cover
-constexpr double kElongated = 1.15;  ///< length / width from which a rectangle has a direction
 // A region stays where it is better than all that share much with it and have their middle near by: within what the
 // halo shows whole.
 constexpr double kCovered = 0.25;  // share of the smaller one
@@ -76,13 +74,6 @@ features::GridImage around(const features::GridImage& image, const cv::Rect& cor
   return out;
 }
 
-// Clockwise from north, of a direction in pixels.
-double heading_of(const cv::Point2d& along) {
-  const double heading = std::atan2(along.x, -along.y);
-  const double turned = heading < 0 ? heading + std::numbers::pi : heading;
-  return turned >= std::numbers::pi ? turned - std::numbers::pi : turned;
-}
-
 // Crowns inside of a closed wood are no landmarks: none can be told from its neighbours.
 bool in_a_wood(const ObjectScene& scene, const Region& r) {
   const cv::Point middle = r.middle();
@@ -108,7 +99,8 @@ Extracted landmark_of(const Chosen& chosen, const features::GridImage& image,
   m.north_m = centre.y;
   m.length_m = shape.length * image.gsd_m;
   m.width_m = shape.width * image.gsd_m;
-  if (building || m.length_m > kElongated * m.width_m) m.orientation_rad = heading_of(shape.along);
+  if (building || m.length_m > kElongated * m.width_m)
+    m.orientation_rad = orientation_of(shape.along.x, -shape.along.y);
   m.confidence = confidence;
   for (const cv::Point2d& p : shape.outline) out.outline.push_back(grid(p));
   return out;

@@ -90,9 +90,8 @@ void drop_on_roads(std::vector<Landmark>& landmarks, const tiles::RoadGraph& roa
   std::vector<double> reach_m;  // of every point of the grid
   for (const tiles::RoadEdge& edge : roads.edges) {
     if (edge.confidence < kLikely) continue;
-    std::vector<cv::Point2d> line = {{roads.nodes[edge.from].east_m, roads.nodes[edge.from].north_m}};
-    for (const tiles::RoadPoint& p : edge.vertices) line.emplace_back(p.east_m, p.north_m);
-    line.emplace_back(roads.nodes[edge.to].east_m, roads.nodes[edge.to].north_m);
+    std::vector<cv::Point2d> line;
+    for (const tiles::RoadPoint& p : tiles::line_of(roads, edge)) line.emplace_back(p.east_m, p.north_m);
     for (size_t i = 1; i < line.size(); ++i) {
       const cv::Point2d leg = line[i] - line[i - 1];
       const int steps = std::max(1, int(std::ceil(cv::norm(leg) / kStep_m)));

@@ -7,13 +7,13 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <tuple>
 
 #include "builder/error.h"
 #include "builder/ingest/vectors.h"
+#include "builder/landmarks/orientation.h"
 #include "builder/landmarks/preference.h"
 #include "builder/landmarks/road_network.h"
 
@@ -23,7 +23,6 @@ namespace {
 using ingest::Shape;
 using tiles::Landmark;
 
-constexpr double kElongated = 1.15;  ///< length / width from which a rectangle has a direction
 constexpr std::array<double, tiles::kLandmarkClasses> kPointSize_m = {10, 100, 6, 20, 20};  ///< by class
 
 /// The smallest rectangle around a polygon.
@@ -43,11 +42,7 @@ Landmark enclosing(const ingest::VectorPart& polygon, Kind kind) {
   const cv::Point2d centre = is_building ? origin + cv::Point2d(rectangle.center) : polygon.centroid;
   m.east_m = centre.x;
   m.north_m = centre.y;
-  if (is_building || m.length_m > kElongated * m.width_m) {
-    const double direction = std::atan2(double(length.x), double(length.y));  // from north
-    m.orientation_rad = direction < 0 ? direction + std::numbers::pi : direction;
-    if (m.orientation_rad >= std::numbers::pi) m.orientation_rad -= std::numbers::pi;
-  }
+  if (is_building || m.length_m > kElongated * m.width_m) m.orientation_rad = orientation_of(length.x, length.y);
   return m;
 }
 

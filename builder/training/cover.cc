@@ -47,11 +47,6 @@ LandmarkLabel label_at(const Shares& s, const cv::Point& p, bool near, double fi
 
 }  // namespace
 
-ingest::GridBounds bounds_of(const features::GridImage& image) {
-  return {image.west_m, image.north_m - image.pixels.rows * image.gsd_m, image.west_m + image.pixels.cols * image.gsd_m,
-          image.north_m};
-}
-
 Cover::Cover(const features::GridImage& image) : image_(image) {
   for (cv::Mat* mask : {&building_, &tree_, &paved_, &water_, &field_})
     *mask = cv::Mat::zeros(image.pixels.size(), CV_8UC1);

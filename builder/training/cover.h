@@ -40,7 +40,4 @@ class Cover {
   std::vector<cv::Point2d> centres_;  ///< of buildings, pixels
 };
 
-/// What an image covers of the grid.
-ingest::GridBounds bounds_of(const features::GridImage& image);
-
 }  // namespace landfix::landmarks

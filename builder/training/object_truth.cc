@@ -13,6 +13,7 @@
 #include "builder/ingest/vectors.h"
 #include "builder/ingest/window.h"
 #include "builder/landmarks/extraction.h"
+#include "builder/landmarks/kinds.h"
 #include "builder/training/chips.h"
 #include "builder/training/random.h"
 
@@ -35,29 +36,19 @@ constexpr int kChipSide_px = 136;      // a chip's labelled middle and what its 
 
 size_t index(LandmarkClass cls) { return size_t(cls); }
 
-ingest::GridBounds bounds_of(const features::GridImage& image) {
-  return {image.west_m, image.north_m - image.pixels.rows * image.gsd_m, image.west_m + image.pixels.cols * image.gsd_m,
-          image.north_m};
-}
-
 /// The parts of a file's features in pixels of an image; (0.5, 0.5) is the middle of the first pixel.
 template <typename Take>
 void read_parts(const std::string& path, const features::GridImage& image, const tiles::Zone& zone, Take take) {
   const auto pixel = [&](const cv::Point2d& p) {
     return cv::Point2d((p.x - image.west_m) / image.gsd_m, (image.north_m - p.y) / image.gsd_m);
   };
-  ingest::read_vectors(path, "", zone, bounds_of(image), [&](const VectorFeature& feature) {
+  ingest::read_vectors(path, "", zone, ingest::bounds_of(image), [&](const VectorFeature& feature) {
     for (VectorPart part : feature.parts) {
       for (cv::Point2d& p : part.points) p = pixel(p);
       part.centroid = pixel(part.centroid);
       take(feature.tags, part);
     }
   });
-}
-
-double number_of(const ingest::Tags& tags, const std::string& key, double otherwise) {
-  const auto found = tags.find(key);
-  return found == tags.end() ? otherwise : std::stod(found->second);
 }
 
 void fill(const std::vector<cv::Point2d>& polygon, cv::Mat& mask, int value) {
@@ -99,7 +90,7 @@ void draw_world(const std::string& folder, const tiles::Zone& zone, KnownScene& 
     fill(p.points, scene.objects[index(LandmarkClass::kField)], ++count);
   });
   read_parts(file("trees"), scene.image, zone, [&](const ingest::Tags& tags, const VectorPart& p) {
-    const double radius = number_of(tags, "radius_m", 2) / scene.image.gsd_m;
+    const double radius = metres_of(tags, "radius_m").value_or(2) / scene.image.gsd_m;
     constexpr int kFraction = 4;
     const cv::Point at(cvRound((p.centroid.x - 0.5) * 16), cvRound((p.centroid.y - 0.5) * 16));
     cv::circle(m.tree, at, cvRound(radius * kCrownShare * 16), 255, cv::FILLED, cv::LINE_8, kFraction);
@@ -110,7 +101,8 @@ void draw_world(const std::string& folder, const tiles::Zone& zone, KnownScene& 
     if (kind != tags.end() && kind->second == "track") return;
     std::vector<cv::Point> line;
     for (const cv::Point2d& q : p.points) line.emplace_back(cvRound(q.x - 0.5), cvRound(q.y - 0.5));
-    cv::polylines(m.road, line, false, 255, std::max(1, cvRound(number_of(tags, "width_m", 6) / scene.image.gsd_m)));
+    cv::polylines(m.road, line, false, 255,
+                  std::max(1, cvRound(metres_of(tags, "width_m").value_or(6) / scene.image.gsd_m)));
   });
   read_parts(file("water"), scene.image, zone,
              [&](const ingest::Tags&, const VectorPart& p) { fill(p.points, m.water, 255); });
@@ -242,7 +234,7 @@ KnownScene read_known_area(const std::string& image, const std::string& points, 
       cv::Rect(corner, cv::Size(cvRound(box.width), cvRound(box.height))) & cv::Rect({}, scene.image.pixels.size());
   read_parts(points, scene.image, zone, [&](const ingest::Tags& tags, const VectorPart& p) {
     if (const auto kind = tags.find("kind"); kind == tags.end() || kind->second != "building") return;
-    const double width = number_of(tags, "width_m", 10), length = number_of(tags, "length_m", 10);
+    const double width = metres_of(tags, "width_m").value_or(10), length = metres_of(tags, "length_m").value_or(10);
     const auto sure = tags.find("sure");
     scene.spots.push_back({p.centroid, width * length, std::max(width, length), std::min(width, length),
                            sure == tags.end() || sure->second != "0"});

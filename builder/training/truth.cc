@@ -7,6 +7,7 @@
 #include <map>
 
 #include "builder/error.h"
+#include "builder/ingest/window.h"
 
 namespace landfix::landmarks {
 namespace {
@@ -47,7 +48,7 @@ LabelledImage read_world(const std::string& folder, const PlaceOptions& options)
       if (what != feature.tags.end() && what->second == "track") return;
       for (const ingest::VectorPart& part : feature.parts) cover.add(kind, part, size_of(kind, feature.tags));
     };
-    ingest::read_vectors(fmt::format("{}/{}.geojson", folder, name), "", zone, bounds_of(out.image), take);
+    ingest::read_vectors(fmt::format("{}/{}.geojson", folder, name), "", zone, ingest::bounds_of(out.image), take);
   }
   cover.open_elsewhere();
   out.chips = cover.draw(options);
@@ -65,10 +66,12 @@ LabelledImage read_mapped(const std::string& image_path, const std::vector<Vecto
   out.image = load_evened(image_path, &zone);
   Cover cover(out.image);
   for (const VectorInput& input : inputs) {
-    ingest::read_vectors(input.path, input.layer, zone, bounds_of(out.image), [&](const ingest::VectorFeature& f) {
-      for (const ingest::VectorPart& part : f.parts)
-        if (const auto kind = kind_of(input, f, part.shape)) cover.add(*kind, part, size_of(*kind, f.tags));
-    });
+    ingest::read_vectors(input.path, input.layer, zone, ingest::bounds_of(out.image),
+                         [&](const ingest::VectorFeature& f) {
+                           for (const ingest::VectorPart& part : f.parts)
+                             if (const auto kind = kind_of(input, f, part.shape))
+                               cover.add(*kind, part, size_of(*kind, f.tags));
+                         });
   }
   out.chips = cover.draw(options);
   split_into_blocks(out.chips);

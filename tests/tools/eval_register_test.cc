@@ -36,7 +36,7 @@ const nav::ImageMap& summer_map() {
   return map;
 }
 
-MapFrame summer_frame() { return {"summer.lfpack", kZone, bounds_of(summer()), {1, 2}}; }
+MapFrame summer_frame() { return {"summer.lfpack", kZone, ingest::bounds_of(summer()), {1, 2}}; }
 
 RegisterOptions few() {
   RegisterOptions o;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "builder/ingest/bounds.h"
+#include "builder/ingest/window.h"
 #include "tests/builder/ingest_fixture.h"
 #include "tools/common/grid_image_io.h"
 #include "tools/synth/world.h"
@@ -30,11 +31,6 @@ inline const features::GridImage& summer() {
 inline const features::GridImage& autumn() {
   static const features::GridImage image = ortho(synth::Season::kAutumn);
   return image;
-}
-
-inline ingest::GridBounds bounds_of(const features::GridImage& image) {
-  return {image.west_m, image.north_m - image.pixels.rows * image.gsd_m, image.west_m + image.pixels.cols * image.gsd_m,
-          image.north_m};
 }
 
 /// A temporary folder per test, with helpers of the tests of builder/ingest.

@@ -7,6 +7,7 @@
 
 #include "builder/error.h"
 #include "tools/common/files.h"
+#include "tools/common/grid_image_io.h"
 
 namespace landfix::tools {
 
@@ -23,12 +24,20 @@ cv::Mat dimmed(const cv::Mat& gray) {
   return out;
 }
 
+cv::Point shifted(const cv::Point2d& pixel) {
+  return {cvRound(pixel.x * (1 << kShift)), cvRound(pixel.y * (1 << kShift))};
+}
+
+EnlargedPicture::EnlargedPicture(const features::GridImage& image, int scale) : image_(image), scale_(scale) {
+  cv::resize(picture_of(image), pixels_, {}, scale, scale, cv::INTER_LINEAR);
+}
+
+cv::Point EnlargedPicture::at(double east_m, double north_m) const {
+  return shifted({(image_.column_of(east_m) + 0.5) * scale_ - 0.5, (image_.row_of(north_m) + 0.5) * scale_ - 0.5});
+}
+
 void draw_line(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness) {
-  constexpr int kShift = 4;  // fractional bits
-  const auto fixed = [](cv::Point2d p) {
-    return cv::Point(cvRound(p.x * (1 << kShift)), cvRound(p.y * (1 << kShift)));
-  };
-  cv::line(picture, fixed(a), fixed(b), colour, thickness, cv::LINE_AA, kShift);
+  cv::line(picture, shifted(a), shifted(b), colour, thickness, cv::LINE_AA, kShift);
 }
 
 void draw_text(cv::Mat& picture, const std::string& text, cv::Point2d at, const TextStyle& style) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "runtime/features/grid_image.h"
+
 namespace landfix::tools {
 
 /// Of levels that double from the finest to the coarsest, the coarsest one not coarser than a pixel of the picture; 0
@@ -16,6 +18,23 @@ cv::Mat dimmed(const cv::Mat& gray);
 
 /// Anti-aliased, with fractional ends.
 void draw_line(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scalar& colour, int thickness = 1);
+
+/// Bits of a pixel in the coordinates that OpenCV's drawing takes with this as its `shift`.
+inline constexpr int kShift = 4;
+cv::Point shifted(const cv::Point2d& pixel);
+
+/// An image (picture_of) enlarged to draw on, which knows where places of the grid lie.
+class EnlargedPicture {
+ public:
+  EnlargedPicture(const features::GridImage& image, int scale);
+  cv::Mat& pixels() { return pixels_; }
+  cv::Point at(double east_m, double north_m) const;  ///< shifted
+
+ private:
+  const features::GridImage& image_;
+  int scale_;
+  cv::Mat pixels_;
+};
 
 /// Letters with a rim, so that they can be read on any ground.
 struct TextStyle {

@@ -7,11 +7,12 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "tools/common/drawing.h"
+
 namespace landfix::tools {
 namespace {
 
 constexpr int kLeastWidth_px = 900;  // so that outlines and the legend can be read
-constexpr int kShift = 4;            // OpenCV draws lines at 1/16 pixel
 
 cv::Scalar colour_of(const std::array<uint8_t, 3>& c) { return {double(c[2]), double(c[1]), double(c[0]), 255}; }
 
@@ -65,9 +66,8 @@ class Canvas {
 
  private:
   cv::Point at(double east_m, double north_m) const {
-    const double x = (east_m - region_.west_m) / region_.gsd_m * scale_ - 0.5,
-                 y = (region_.north_m - north_m) / region_.gsd_m * scale_ - 0.5;
-    return {int(std::lround(x * (1 << kShift))), int(std::lround(y * (1 << kShift)))};
+    return shifted({(east_m - region_.west_m) / region_.gsd_m * scale_ - 0.5,
+                    (region_.north_m - north_m) / region_.gsd_m * scale_ - 0.5});
   }
   // On a dark edge, so that every colour shows on every ground.
   void outline(const std::vector<std::vector<cv::Point>>& lines, bool closed, const cv::Scalar& colour, int thickness) {

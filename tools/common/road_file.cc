@@ -30,9 +30,7 @@ void write_roads(GDALDataset& file, const tiles::RoadGraph& graph, OGRSpatialRef
   OGRLayer& layer = add_number_layer(file, "roads", crs, wkbLineString, {"width_m", "length_m", "confidence"}, path);
   for (const tiles::RoadEdge& e : graph.edges) {
     OGRLineString line;
-    line.addPoint(graph.nodes[e.from].east_m, graph.nodes[e.from].north_m);
-    for (const tiles::RoadPoint& p : e.vertices) line.addPoint(p.east_m, p.north_m);
-    line.addPoint(graph.nodes[e.to].east_m, graph.nodes[e.to].north_m);
+    for (const tiles::RoadPoint& p : tiles::line_of(graph, e)) line.addPoint(p.east_m, p.north_m);
     add_feature(layer, line, {e.width_m, tiles::length_of(graph, e), e.confidence}, path);
   }
 }

@@ -56,9 +56,8 @@ void draw_dashed(cv::Mat& picture, cv::Point2d a, cv::Point2d b, const cv::Scala
 }
 
 void draw_dot(cv::Mat& picture, cv::Point2d at, double radius_px, const cv::Scalar& colour) {
-  constexpr int kShift = 4;  // fractional bits
-  const cv::Point middle(cvRound(at.x * (1 << kShift)), cvRound(at.y * (1 << kShift)));
-  cv::circle(picture, middle, cvRound(radius_px * (1 << kShift)), colour, cv::FILLED, cv::LINE_AA, kShift);
+  cv::circle(picture, tools::shifted(at), cvRound(radius_px * (1 << tools::kShift)), colour, cv::FILLED, cv::LINE_AA,
+             tools::kShift);
 }
 
 void draw_cross(cv::Mat& picture, cv::Point2d at, double radius_px, const cv::Scalar& colour, int thickness) {

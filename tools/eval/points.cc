@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "builder/ingest/vectors.h"
-#include "builder/point_grid.h"
+#include "tools/eval/pairing.h"
 
 namespace landfix::eval {
 namespace {
@@ -33,29 +33,10 @@ bool inside(const ingest::GridBounds& b, const cv::Point2d& p) {
   return p.x >= b.west_m && p.x <= b.east_m && p.y >= b.south_m && p.y <= b.north_m;
 }
 
-struct Pair {
-  double distance_m;
-  size_t a;
-  int b;
-};
-
-// Pairs within reach, the nearest first; each point in one.
-template <typename A, typename B>
-std::vector<Pair> pairs_of(std::span<const A> a, std::span<const B> b, double reach_m) {
-  landmarks::PointGrid grid(std::max(reach_m, 1.0));
-  for (size_t i = 0; i < b.size(); ++i) grid.add(b[i].at, int(i));
-  std::vector<Pair> all, out;
-  for (size_t i = 0; i < a.size(); ++i)
-    grid.within(a[i].at, reach_m, [&](const cv::Point2d& at, int id) {
-      all.push_back({std::hypot(at.x - a[i].at.x, at.y - a[i].at.y), i, id});
-    });
-  std::stable_sort(all.begin(), all.end(), [](const Pair& p, const Pair& q) { return p.distance_m < q.distance_m; });
-  std::vector<bool> a_used(a.size(), false), b_used(b.size(), false);
-  for (const Pair& p : all) {
-    if (a_used[p.a] || b_used[size_t(p.b)]) continue;
-    a_used[p.a] = b_used[size_t(p.b)] = true;
-    out.push_back(p);
-  }
+template <typename Point>
+std::vector<cv::Point2d> places_of(std::span<const Point> points) {
+  std::vector<cv::Point2d> out;
+  for (const Point& p : points) out.push_back(p.at);
   return out;
 }
 
@@ -140,8 +121,8 @@ PointMatch match_points(std::span<const FoundPoint> found, std::span<const Known
   for (const FoundPoint& f : found)
     out.right.push_back(inside(extent, f.at) && !near_unsure(f.at, known, reach_m) ? std::optional<bool>(false)
                                                                                    : std::nullopt);
-  for (const Pair& p : pairs_of(found, known, reach_m)) {
-    const size_t k = size_t(p.b);
+  for (const Pair& p : nearest_pairs(places_of(found), places_of(known), reach_m)) {
+    const size_t k = p.b;
     out.distance_m[k] = p.distance_m;
     out.right[p.a] = known[k].sure ? std::optional<bool>(true) : std::nullopt;
     out.sure_found += known[k].sure;
@@ -199,7 +180,7 @@ nlohmann::ordered_json to_json(const PointReport& report) {
 }
 
 size_t found_again(std::span<const FoundPoint> a, std::span<const FoundPoint> b, double reach_m) {
-  return pairs_of(a, b, reach_m).size();
+  return nearest_pairs(places_of(a), places_of(b), reach_m).size();
 }
 
 }  // namespace landfix::eval

@@ -12,6 +12,7 @@
 #include "builder/ingest/gdal.h"
 #include "builder/ingest/raster.h"
 #include "builder/point_grid.h"
+#include "tools/eval/pairing.h"
 
 namespace landfix::eval {
 namespace {
@@ -80,35 +81,14 @@ size_t count_near(const std::vector<RoadPoint>& points, const std::vector<RoadPo
   }));
 }
 
-size_t match(const std::vector<RoadPoint>& a, const std::vector<RoadPoint>& b, double reach_m) {
-  struct Pair {
-    double distance_m;
-    size_t a;
-    int b;
-  };
-  std::vector<Pair> pairs;
-  const PointGrid grid = grid_of(b, std::max(reach_m, 1.0));
-  for (size_t i = 0; i < a.size(); ++i)
-    grid.within({a[i].east_m, a[i].north_m}, reach_m, [&](const cv::Point2d& at, int id) {
-      pairs.push_back({std::hypot(at.x - a[i].east_m, at.y - a[i].north_m), i, id});
-    });
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const Pair& p, const Pair& q) { return p.distance_m < q.distance_m; });
-  std::vector<bool> a_used(a.size(), false), b_used(b.size(), false);
-  size_t count = 0;
-  for (const Pair& p : pairs) {
-    if (a_used[p.a] || b_used[size_t(p.b)]) continue;
-    a_used[p.a] = b_used[size_t(p.b)] = true;
-    ++count;
-  }
-  return count;
+std::vector<cv::Point2d> places_of(const std::vector<RoadPoint>& points) {
+  std::vector<cv::Point2d> out;
+  for (const RoadPoint& p : points) out.emplace_back(p.east_m, p.north_m);
+  return out;
 }
 
-RoadLine line_of(const tiles::RoadGraph& graph, const tiles::RoadEdge& edge) {
-  RoadLine line = {{graph.nodes[edge.from].east_m, graph.nodes[edge.from].north_m}};
-  line.insert(line.end(), edge.vertices.begin(), edge.vertices.end());
-  line.push_back({graph.nodes[edge.to].east_m, graph.nodes[edge.to].north_m});
-  return line;
+size_t match(const std::vector<RoadPoint>& a, const std::vector<RoadPoint>& b, double reach_m) {
+  return nearest_pairs(places_of(a), places_of(b), reach_m).size();
 }
 
 }  // namespace
@@ -184,7 +164,7 @@ RoadScore score_roads(const tiles::RoadGraph& found, const std::vector<RoadLine>
                       double node_m) {
   std::vector<RoadPoint> known, seen, known_nodes, seen_nodes;
   for (const RoadLine& line : truth) sample(line, bounds, known);
-  for (const tiles::RoadEdge& edge : found.edges) sample(line_of(found, edge), bounds, seen);
+  for (const tiles::RoadEdge& edge : found.edges) sample(tiles::line_of(found, edge), bounds, seen);
   for (const RoadPoint& p : true_intersections)
     if (inside(bounds, p)) known_nodes.push_back(p);
   std::vector<tiles::RoadIntersection> intersections;

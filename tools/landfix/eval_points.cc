@@ -10,6 +10,7 @@
 #include "builder/ingest/window.h"
 #include "builder/landmarks/extraction.h"
 #include "builder/roads/road_extraction.h"
+#include "tools/common/map_features.h"
 #include "tools/eval/points.h"
 #include "tools/landfix/landmarks.h"
 
@@ -19,11 +20,6 @@ namespace {
 using eval::FoundPoint;
 using eval::KnownPoint;
 using nlohmann::ordered_json;
-
-ingest::GridBounds bounds_of(const features::GridImage& image) {
-  return {image.west_m, image.north_m - image.pixels.rows * image.gsd_m, image.west_m + image.pixels.cols * image.gsd_m,
-          image.north_m};
-}
 
 constexpr double kMargin_m = 256;  ///< around the extent: what lies in it is seen as in the whole image
 
@@ -40,7 +36,7 @@ features::GridImage cut(const features::GridImage& image, const ingest::GridBoun
 // Where an extent is given, that part of it.
 features::GridImage load(const std::string& path, const tiles::Zone& zone, const PointArguments& a) {
   features::GridImage image = ingest::load_image({.path = path}, zone, std::nullopt, landmarks::kLandmarkGsd_m);
-  if (!a.extent.empty()) image = cut(image, eval::read_extent(a.extent, zone, bounds_of(image)));
+  if (!a.extent.empty()) image = cut(image, eval::read_extent(a.extent, zone, ingest::bounds_of(image)));
   if (a.gray && image.pixels.channels() == 3) cv::cvtColor(image.pixels, image.pixels, cv::COLOR_RGB2GRAY);
   return image;
 }
@@ -66,10 +62,11 @@ std::vector<FoundPoint> intersections_in(const features::GridImage& image) {
 // Every known intersection with the distance to the found one that it is matched with.
 std::string intersections_text(const features::GridImage& image, const PointArguments& a, const tiles::Zone& zone,
                                ordered_json& json) {
-  std::vector<KnownPoint> known = eval::read_known_points(a.points, "intersection", false, zone, bounds_of(image));
+  std::vector<KnownPoint> known =
+      eval::read_known_points(a.points, "intersection", false, zone, ingest::bounds_of(image));
   if (known.empty()) return {};
   const std::vector<FoundPoint> found = intersections_in(image);
-  const eval::PointMatch match = eval::match_points(found, known, bounds_of(image), a.reach_m);
+  const eval::PointMatch match = eval::match_points(found, known, ingest::bounds_of(image), a.reach_m);
   std::string out;
   for (size_t i = 0; i < known.size(); ++i) {
     const bool hit = !std::isnan(match.distance_m[i]);
@@ -136,11 +133,10 @@ std::string judge_points(const PointArguments& a, const std::string& image_path,
   const std::vector<FoundPoint> found = found_in(image, a);
   std::string text;
   if (!a.points.empty()) {
-    const char* kNames[] = {"building", "field", "tree", "water", "paved"};
     const ingest::GridBounds extent =
-        a.extent.empty() ? bounds_of(image) : eval::read_extent(a.extent, zone, bounds_of(image));
+        a.extent.empty() ? ingest::bounds_of(image) : eval::read_extent(a.extent, zone, ingest::bounds_of(image));
     const std::vector<KnownPoint> known =
-        eval::read_known_points(a.points, kNames[size_t(a.cls)], true, zone, bounds_of(image));
+        eval::read_known_points(a.points, kLandmarkStyles[size_t(a.cls)].name, true, zone, ingest::bounds_of(image));
     const eval::PointReport report = eval::report_points(found, known, extent, a.reach_m, a.confidence);
     text += to_text(report);
     json["landmarks"] = to_json(report);

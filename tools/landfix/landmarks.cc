@@ -27,23 +27,18 @@ struct Arguments {
 // Outlines and centres over the image at two pixels per metre, the stronger the surer.
 void draw(const std::string& path, const features::GridImage& image,
           const std::vector<landmarks::Extracted>& landmarks) {
-  constexpr int kScale = 2, kFraction = 4;  // bits of a pixel that OpenCV draws with
-  cv::Mat picture = picture_of(image);
-  cv::resize(picture, picture, {}, kScale, kScale, cv::INTER_LINEAR);
-  const auto at = [&](const cv::Point2d& p) {
-    const double x = (image.column_of(p.x) + 0.5) * kScale - 0.5, y = (image.row_of(p.y) + 0.5) * kScale - 0.5;
-    return cv::Point(int(std::lround(x * (1 << kFraction))), int(std::lround(y * (1 << kFraction))));
-  };
+  EnlargedPicture picture(image, 2);
   for (const landmarks::Extracted& e : landmarks) {
     const auto& c = kLandmarkStyles[size_t(e.landmark.cls)].colour;
     const cv::Scalar colour(c[2], c[1], c[0], 255);
     std::vector<cv::Point> outline;
-    for (const cv::Point2d& p : e.outline.empty() ? rectangle_of(e.landmark) : e.outline) outline.push_back(at(p));
-    cv::polylines(picture, outline, true, colour, e.landmark.confidence > 0.6 ? 2 : 1, cv::LINE_AA, kFraction);
-    cv::circle(picture, at({e.landmark.east_m, e.landmark.north_m}), 2 << kFraction, colour, cv::FILLED, cv::LINE_AA,
-               kFraction);
+    for (const cv::Point2d& p : e.outline.empty() ? rectangle_of(e.landmark) : e.outline)
+      outline.push_back(picture.at(p.x, p.y));
+    cv::polylines(picture.pixels(), outline, true, colour, e.landmark.confidence > 0.6 ? 2 : 1, cv::LINE_AA, kShift);
+    cv::circle(picture.pixels(), picture.at(e.landmark.east_m, e.landmark.north_m), 2 << kShift, colour, cv::FILLED,
+               cv::LINE_AA, kShift);
   }
-  write_picture(path, picture);
+  write_picture(path, picture.pixels());
 }
 
 void run(const Arguments& a) {

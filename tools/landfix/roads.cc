@@ -22,24 +22,17 @@ struct Arguments {
 
 // Lines and intersections over the image at two pixels per metre.
 void draw(const std::string& path, const features::GridImage& image, const tiles::RoadGraph& graph) {
-  constexpr int kScale = 2, kFraction = 4;  // bits of a pixel that OpenCV draws with
-  cv::Mat picture = picture_of(image);
-  cv::resize(picture, picture, {}, kScale, kScale, cv::INTER_LINEAR);
-  const auto at = [&](double east_m, double north_m) {
-    const double x = (image.column_of(east_m) + 0.5) * kScale - 0.5, y = (image.row_of(north_m) + 0.5) * kScale - 0.5;
-    return cv::Point(int(std::lround(x * (1 << kFraction))), int(std::lround(y * (1 << kFraction))));
-  };
+  EnlargedPicture picture(image, 2);
   const cv::Scalar road(kRoadColour[2], kRoadColour[1], kRoadColour[0], 255), node(255, 0, 255, 255);
   for (const tiles::RoadEdge& e : graph.edges) {
-    std::vector<cv::Point> line = {at(graph.nodes[e.from].east_m, graph.nodes[e.from].north_m)};
-    for (const tiles::RoadPoint& p : e.vertices) line.push_back(at(p.east_m, p.north_m));
-    line.push_back(at(graph.nodes[e.to].east_m, graph.nodes[e.to].north_m));
-    cv::polylines(picture, line, false, road, 2, cv::LINE_AA, kFraction);
+    std::vector<cv::Point> line;
+    for (const tiles::RoadPoint& p : tiles::line_of(graph, e)) line.push_back(picture.at(p.east_m, p.north_m));
+    cv::polylines(picture.pixels(), line, false, road, 2, cv::LINE_AA, kShift);
   }
   for (const tiles::RoadNode& n : graph.nodes)
     if (n.kind == tiles::RoadNodeKind::kIntersection)
-      cv::circle(picture, at(n.east_m, n.north_m), 6 << kFraction, node, 2, cv::LINE_AA, kFraction);
-  write_picture(path, picture);
+      cv::circle(picture.pixels(), picture.at(n.east_m, n.north_m), 6 << kShift, node, 2, cv::LINE_AA, kShift);
+  write_picture(path, picture.pixels());
 }
 
 void run(const Arguments& a) {
