@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""Fits the chance of a true fix at a place to the samples that landfix_navigability_samples draws, or tests it.
+
+Usage: fit.py SAMPLES.csv[.gz]... > builder/navigability/model_table.h      (needs NumPy)
+       fit.py --test SAMPLES.csv[.gz]...        figures of the probabilities that the samples carry
+
+Logistic regressions on the evidence, one for places that several dates show and one for a single date. Slopes whose sign
+is known keep it or drop out. Every world weighs the same.
+"""
+import csv
+import gzip
+import sys
+
+import numpy as np
+
+RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
+NUMBERS = ("camera dates age_years template_px least_logit mean_logit structure crest background covariance_ee covariance_en "
+           "covariance_nn gsd_m hit east_error_m north_error_m fix_accepted probability east_m north_m").split()
+SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1)}
+
+
+def read(paths):
+    rows = []
+    for path in paths:
+        with gzip.open(path, "rt") if path.endswith(".gz") else open(path) as file:
+            rows += [row for row in csv.DictReader(file) if int(row["dates"]) > 0]
+    table = {name: np.array([float(row[name]) for row in rows]) for name in NUMBERS}
+    table["ground"] = np.array([row["ground"] for row in rows])
+    return table
+
+
+def features(t, kind):
+    size = np.log(t["template_px"] / 40)
+    if kind == "one":
+        return np.stack([t["structure"], t["background"], t["crest"], size], axis=1)
+    dates = np.maximum(t["dates"], 2)
+    return np.stack([t["least_logit"], t["mean_logit"], t["structure"], t["background"], size, 1 / (dates * (dates - 1))], axis=1)
+
+
+def logistic(x):
+    return 1 / (1 + np.exp(-np.clip(x, -30, 30)))
+
+
+def fit(x, y, weights, signs):
+    """Iteratively reweighted least squares; (intercept, slopes)."""
+    signs, active = np.array(signs), np.ones(x.shape[1], bool)
+    mean, spread = np.average(x, axis=0, weights=weights), np.maximum(x.std(axis=0), 1e-9)
+    while True:
+        z = np.column_stack([np.ones(len(x)), ((x - mean) / spread)[:, active]])
+        ridge = RIDGE * weights.sum() / max(weights.sum() / 1e4, 1) * np.diag([0] + [1] * active.sum())
+        b = np.zeros(z.shape[1])
+        for _ in range(100):
+            p = logistic(z @ b)
+            hessian = (z * (weights * np.maximum(p * (1 - p), 1e-6))[:, None]).T @ z + ridge
+            step = np.linalg.solve(hessian, z.T @ (weights * (y - p)) - ridge @ b)
+            b += step
+            if np.abs(step).max() < 1e-9:
+                break
+        slopes = np.zeros(x.shape[1])
+        slopes[active] = b[1:] / spread[active]
+        wrong = slopes * signs < 0
+        if not wrong.any():
+            return np.concatenate([[b[0] - slopes @ mean], slopes])
+        active &= ~wrong
+
+
+def auc(p, y):
+    order = np.argsort(p, kind="stable")
+    rank = np.empty(len(p))
+    _, first, inverse, count = np.unique(p[order], return_index=True, return_inverse=True, return_counts=True)
+    rank[order] = (first + (count + 1) / 2)[inverse]
+    true = y > 0.5
+    n1, n0 = true.sum(), (~true).sum()
+    return (rank[true].sum() - n1 * (n1 + 1) / 2) / (n1 * n0) if n1 and n0 else float("nan")
+
+
+def calibration_error(p, y):
+    bins = np.clip((p * 10).astype(int), 0, 9)
+    return sum(abs(p[bins == i].mean() - y[bins == i].mean()) * (bins == i).mean() for i in range(10) if (bins == i).any())
+
+
+def report(name, p, t):
+    y = t["hit"]
+    print(f"{name:44s} n {len(y):6d}  true {y.mean():.3f}  stated {p.mean():.3f}  AUC {auc(p, y):.3f}  ECE {calibration_error(p, y):.3f}",
+          file=sys.stderr)
+
+
+def part(t, which):
+    return {name: values[which] for name, values in t.items()}
+
+
+def test(t):
+    for n in np.unique(t["dates"]):
+        for side in np.unique(t["template_px"]):
+            some = part(t, (t["dates"] == n) & (t["template_px"] == side))
+            if len(some["hit"]):
+                report(f"{n:.0f} dates, template {side:.0f} px", some["probability"], some)
+
+
+def main(args):
+    if args[0] == "--test":
+        return test(read(args[1:]))
+    t = read(args)
+    tables = {}
+    for kind, which in (("several", t["dates"] > 1), ("one", t["dates"] == 1)):
+        some = part(t, which)
+        x, y = features(some, kind), some["hit"]
+        _, group, count = np.unique(some["ground"], return_inverse=True, return_counts=True)
+        tables[kind] = fit(x, y, 1e4 / len(count) / count[group], SIGNS[kind])
+        p = logistic(tables[kind][0] + x @ tables[kind][1:])
+        for n in np.unique(some["dates"]):
+            for side in np.unique(some["template_px"]):
+                w = (some["dates"] == n) & (some["template_px"] == side)
+                report(f"{n:.0f} dates, template {side:.0f} px", p[w], part(some, w))
+    numbers = {kind: ", ".join(f"{b:.6g}" for b in table) for kind, table in tables.items()}
+    print("// Written by tools/navigability/fit.py; not to be edited.\n#pragma once\n\nnamespace landfix::navigability {\n")
+    print("/// Logistic regression on (1, least logit, mean logit, structure, background, log template / 40 px, 1 / (n (n - 1))).")
+    print(f"inline constexpr double kSeveralDates[7] = {{{numbers['several']}}};")
+    print("/// The same on (1, structure, background, crest, log template / 40 px).")
+    print(f"inline constexpr double kOneDate[5] = {{{numbers['one']}}};\n\n}}  // namespace landfix::navigability")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
