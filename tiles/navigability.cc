@@ -77,10 +77,13 @@ std::string layer_of(const Footprint& footprint) {
 
 std::optional<Footprint> footprint_of(std::string_view layer) {
   if (!layer.starts_with(kPrefix)) return std::nullopt;
-  layer.remove_prefix(kPrefix.size());
-  const size_t cut = layer.find('/');
+  return footprint_named(layer.substr(kPrefix.size()));
+}
+
+std::optional<Footprint> footprint_named(std::string_view text) {
+  const size_t cut = text.find('/');
   if (cut == std::string_view::npos) return std::nullopt;
-  const std::optional<double> view = metres_of(layer.substr(0, cut)), search = metres_of(layer.substr(cut + 1));
+  const std::optional<double> view = metres_of(text.substr(0, cut)), search = metres_of(text.substr(cut + 1));
   if (!view || !search) return std::nullopt;
   return Footprint{*view, *search};
 }

@@ -41,6 +41,9 @@ struct Footprint {
 std::string layer_of(const Footprint& footprint);
 std::optional<Footprint> footprint_of(std::string_view layer);
 
+/// "160/320"; nullopt for any other text, and for lengths that are not positive.
+std::optional<Footprint> footprint_named(std::string_view text);
+
 /// Level of the layers: one pixel is a node of 64 m, at most half a footprint.
 inline constexpr int kNavigabilityLevel = 6;
 inline constexpr double kNavigabilityGsd_m = 64;

@@ -244,12 +244,14 @@ Predictors Witness::at(double east_m, double north_m, const Footprint& f) {
   for (const auto& date : state_->dates) {
     if (date->structure.pixels(inside) < kLeastCoverage * view.area()) continue;
     ++out.dates;
+    out.coverage += date->structure.pixels(inside) / view.area();
     out.structure += date->structure.mean(inside);
     out.crest += date->structure.crest(inside);
     state_->match(*date, corner, f, sums);
   }
   if (out.dates == 0) return out;
   const double share = 1.0 / out.dates;
+  out.coverage *= share;
   out.structure *= share;
   out.crest *= share;
   out.least_logit = *std::min_element(sums.logits.begin(), sums.logits.end());

@@ -33,6 +33,7 @@ struct LookAlike {
 struct Predictors {
   int dates = 0;           ///< that show the place; 0: it cannot be judged, and nothing below is meaningful
   double template_px = 0;  ///< side of the view at the level that was matched
+  double coverage = 0;     ///< share of the view that these dates show, in the mean
 
   /// Of the likelihood that lies within `hit_m` of the truth, where the date in question is matched with the others:
   /// the date that fared worst, and the mean. Only for two dates and more.
