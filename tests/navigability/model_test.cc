@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace landfix::navigability {
 namespace {
 
@@ -63,6 +65,16 @@ TEST(FixProbability, FallsWithTheMapsAge) {
   EXPECT_GT(fix_probability(p, 0), fix_probability(p));
   EXPECT_LT(fix_probability(p, 10), fix_probability(p, 5));
   EXPECT_EQ(fix_probability(p, -1), fix_probability(p, 0)) << "a flight before the newest image";
+}
+
+TEST(GateChances, DoubtfulPlacesPassLessAndAreMoreOftenFalse) {
+  const GateChances good = gate_chances(0.99), doubtful = gate_chances(0.5);
+  EXPECT_GT(good.accepted, 0.8);
+  EXPECT_LT(good.false_of_accepted, 0.005) << "on real farmland none of 1890";
+  EXPECT_LT(doubtful.accepted, 0.4);
+  EXPECT_GT(doubtful.false_of_accepted, 0.01) << "the gate's promise holds over all places, not here";
+  EXPECT_EQ(gate_chances(0).accepted, 0);
+  EXPECT_TRUE(std::isfinite(gate_chances(1).false_of_accepted));
 }
 
 TEST(FixCovariance, ScalesWhatTheMatchesStatedAndHasAFloor) {

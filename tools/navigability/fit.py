@@ -3,30 +3,46 @@
 
 Usage: fit.py SAMPLES.csv[.gz]... > builder/navigability/model_table.h      (needs NumPy)
        fit.py --test SAMPLES.csv[.gz]...        figures of the probabilities that the samples carry
+       fit.py --pack OUT.csv.gz SAMPLES.csv...  what the fit needs and no more; the same bytes for the same samples
 
 Logistic regressions on the evidence, one for places that several dates show and one for a single date. Slopes whose sign
 is known keep it or drop out. Every world weighs the same.
 """
 import csv
 import gzip
+import io
 import sys
 
 import numpy as np
 
+LEAST_STRUCTURE = 0.03  # so much may be noise
 RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
-NUMBERS = ("camera dates age_years template_px least_logit mean_logit structure crest background covariance_ee covariance_en "
-           "covariance_nn gsd_m hit east_error_m north_error_m fix_accepted probability east_m north_m").split()
+KEPT = "ground dates template_px least_logit mean_logit structure crest background hit fix_accepted".split()
 SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1)}
 
 
-def read(paths):
+def rows_of(paths):
     rows = []
     for path in paths:
         with gzip.open(path, "rt") if path.endswith(".gz") else open(path) as file:
             rows += [row for row in csv.DictReader(file) if int(row["dates"]) > 0]
-    table = {name: np.array([float(row[name]) for row in rows]) for name in NUMBERS}
+    return rows
+
+
+def read(paths, also=()):
+    rows = rows_of(paths)
+    table = {name: np.array([float(row[name]) for row in rows]) for name in (*KEPT[1:], *also)}
     table["ground"] = np.array([row["ground"] for row in rows])
     return table
+
+
+def pack(out, paths):
+    text = io.StringIO()
+    writer = csv.DictWriter(text, KEPT, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows_of(paths))
+    with open(out, "wb") as file:
+        file.write(gzip.compress(text.getvalue().encode(), 9, mtime=0))
 
 
 def features(t, kind):
@@ -34,7 +50,8 @@ def features(t, kind):
     if kind == "one":
         return np.stack([t["structure"], t["background"], t["crest"], size], axis=1)
     dates = np.maximum(t["dates"], 2)
-    return np.stack([t["least_logit"], t["mean_logit"], t["structure"], t["background"], size, 1 / (dates * (dates - 1))], axis=1)
+    structure = np.log(t["structure"] + LEAST_STRUCTURE)
+    return np.stack([t["least_logit"], t["mean_logit"], structure, t["background"], size, 1 / (dates * (dates - 1))], axis=1)
 
 
 def logistic(x):
@@ -81,6 +98,8 @@ def calibration_error(p, y):
 
 def report(name, p, t):
     y = t["hit"]
+    if len(y) == 0:
+        return
     print(f"{name:44s} n {len(y):6d}  true {y.mean():.3f}  stated {p.mean():.3f}  AUC {auc(p, y):.3f}  ECE {calibration_error(p, y):.3f}",
           file=sys.stderr)
 
@@ -93,13 +112,14 @@ def test(t):
     for n in np.unique(t["dates"]):
         for side in np.unique(t["template_px"]):
             some = part(t, (t["dates"] == n) & (t["template_px"] == side))
-            if len(some["hit"]):
-                report(f"{n:.0f} dates, template {side:.0f} px", some["probability"], some)
+            report(f"{n:.0f} dates, template {side:.0f} px", some["probability"], some)
 
 
 def main(args):
     if args[0] == "--test":
-        return test(read(args[1:]))
+        return test(read(args[1:], also=("probability",)))
+    if args[0] == "--pack":
+        return pack(args[1], args[2:])
     t = read(args)
     tables = {}
     for kind, which in (("several", t["dates"] > 1), ("one", t["dates"] == 1)):
@@ -112,12 +132,23 @@ def main(args):
             for side in np.unique(some["template_px"]):
                 w = (some["dates"] == n) & (some["template_px"] == side)
                 report(f"{n:.0f} dates, template {side:.0f} px", p[w], part(some, w))
+    # What the standard gate makes of it, by the chance of a true fix alone.
+    several = part(t, t["dates"] > 1)
+    chance = (tables["several"][0] + features(several, "several") @ tables["several"][1:])[:, None]
+    taken = several["fix_accepted"] > 0.5
+    tables["accepted"] = fit(chance, several["fix_accepted"], np.ones(len(taken)), (1,))
+    tables["false"] = fit(chance[taken], 1 - several["hit"][taken], np.ones(taken.sum()), (-1,))
     numbers = {kind: ", ".join(f"{b:.6g}" for b in table) for kind, table in tables.items()}
     print("// Written by tools/navigability/fit.py; not to be edited.\n#pragma once\n\nnamespace landfix::navigability {\n")
-    print("/// Logistic regression on (1, least logit, mean logit, structure, background, log template / 40 px, 1 / (n (n - 1))).")
+    print("/// Logistic regression on (1, least logit, mean logit, log (structure + kLeastStructure), background,")
+    print("/// log template / 40 px, 1 / (n (n - 1))), n dates.")
+    print(f"inline constexpr double kLeastStructure = {LEAST_STRUCTURE};")
     print(f"inline constexpr double kSeveralDates[7] = {{{numbers['several']}}};")
     print("/// The same on (1, structure, background, crest, log template / 40 px).")
-    print(f"inline constexpr double kOneDate[5] = {{{numbers['one']}}};\n\n}}  // namespace landfix::navigability")
+    print(f"inline constexpr double kOneDate[5] = {{{numbers['one']}}};")
+    print("/// Of a match that the standard gate accepts, and of one among those that is false, on (1, logit of a true fix).")
+    print(f"inline constexpr double kAccepted[2] = {{{numbers['accepted']}}};")
+    print(f"inline constexpr double kFalseOfAccepted[2] = {{{numbers['false']}}};\n\n}}  // namespace landfix::navigability")
 
 
 if __name__ == "__main__":

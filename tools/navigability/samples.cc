@@ -94,11 +94,12 @@ std::vector<GridImage> chosen(const Ground& ground, unsigned mask) {
 }
 
 /// Which dates make the map, and which are the camera over it. Of drawn worlds one camera per map is enough.
-std::vector<std::pair<unsigned, size_t>> experiments(const Ground& ground, bool all) {
+std::vector<std::pair<unsigned, size_t>> experiments(const Ground& ground, bool all, int map_dates) {
   std::vector<std::pair<unsigned, size_t>> out;
   const size_t count = ground.dates.size();
   std::map<int, int> of_size;
   for (unsigned mask = 1; mask + 1 < 1u << count; ++mask) {
+    if (map_dates > 0 && std::popcount(mask) != map_dates) continue;
     if (!all && ++of_size[std::popcount(mask)] > 5) continue;
     const size_t first = synth::key(ground.seed, 7, mask) % count;
     for (size_t i = 0, taken = 0; i < count && (all || taken == 0); ++i)
@@ -135,7 +136,7 @@ const char* const kHeader =
     "covariance_ee,covariance_en,covariance_nn,gsd_m,hit,east_error_m,north_error_m,fix_accepted,probability,east_m,"
     "north_m\n";
 
-void draw(const Ground& ground, const Footprint& f, double spacing_m, bool all, std::ostream& out) {
+void draw(const Ground& ground, const Footprint& f, double spacing_m, bool all, int map_dates, std::ostream& out) {
   const GridImage& frame = ground.dates[0];
   const double gsd = frame.gsd_m, margin = 0.5 * f.template_m + f.search_m + 2 * kRimPx * gsd;
   const double east_end = frame.west_m + frame.pixels.cols * gsd - margin,
@@ -143,7 +144,7 @@ void draw(const Ground& ground, const Footprint& f, double spacing_m, bool all, 
   const int side = 2 * int(std::lround(0.5 * f.template_m / gsd));
   unsigned known = 0;
   std::vector<Predictors> evidence;
-  for (const auto& [mask, camera] : experiments(ground, all)) {
+  for (const auto& [mask, camera] : experiments(ground, all, map_dates)) {
     const std::vector<GridImage> dates = chosen(ground, mask);
     const nav::MapLayer layers[] = {nav::MapLayer::kOrientation};
     const nav::ImageMap map(dates, 1, 0, layers);
@@ -185,7 +186,7 @@ int main(int argc, char** argv) {
   CLI::App app("Samples to fit the model of navigability to, or to test it with, as CSV");
   std::string out_path;
   uint64_t first = 1;
-  int worlds = 0;
+  int worlds = 0, map_dates = 0;
   std::vector<std::string> images, dates;
   std::vector<double> template_px = {16, 24, 40};
   double search_px = 40, spacing_px = 50, hit_px = 3.75;
@@ -194,6 +195,7 @@ int main(int argc, char** argv) {
   app.add_option("--worlds", worlds, "So many drawn worlds");
   app.add_option("--image", images, "Images instead of worlds");
   app.add_option("--date", dates, "Their dates, in the same order");
+  app.add_option("--map-dates", map_dates, "Only maps of so many dates");
   app.add_option("--template-px", template_px);
   app.add_option("--search-px", search_px);
   app.add_option("--spacing-px", spacing_px);
@@ -205,7 +207,7 @@ int main(int argc, char** argv) {
     const auto draw_all = [&](const Ground& ground, bool all) {
       for (const double side : template_px) {
         const double gsd = ground.dates.at(0).gsd_m;
-        draw(ground, {side * gsd, search_px * gsd, hit_px * gsd}, spacing_px * gsd, all, out);
+        draw(ground, {side * gsd, search_px * gsd, hit_px * gsd}, spacing_px * gsd, all, map_dates, out);
       }
     };
     for (int i = 0; i < worlds; ++i) draw_all(world(first + uint64_t(i)), false);
