@@ -161,12 +161,14 @@ TEST(RoadModel, SurvivesEveryTruncationAndFlippedBits) {
     EXPECT_THROW(parse_road_model(std::span(good).first(size), "m"), Error) << size;
   // What is still taken for a model gives a probability for any profile.
   features::RoadProfile profile{};
+  RoadScaleProfile at_both{};
   for (size_t i = 0; i < 4000; ++i) {
     std::vector<uint8_t> bytes = good;
     bytes[noise_at(int(i), 1) % (i % 2 == 0 ? 400 : bytes.size())] ^= uint8_t(1 << (i % 8));
     try {
-      const float p = parse_road_model(bytes, "m").colour.probability(profile);
-      EXPECT_TRUE(p >= 0 && p <= 1) << i;
+      const RoadModel model = parse_road_model(bytes, "m");
+      for (const float p : {model.colour.first.probability(profile), model.gray.second.probability(at_both)})
+        EXPECT_TRUE(p >= 0 && p <= 1) << i;
     } catch (const Error&) {
     }
   }
