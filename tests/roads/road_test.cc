@@ -76,7 +76,7 @@ TEST(RoadGraph, GapsCloseWhereTheImageSupportsThem) {
     return link_roads(places, {300, 200}, [p](double, double, double) { return p; }, {}).edges.size();
   };
   EXPECT_EQ(parts(0.9), 1u);  // 35 pixels of little doubt
-  EXPECT_EQ(parts(0.0), 2u);  // 35 times 1.05 is more than the budget of 25
+  EXPECT_EQ(parts(0.0), 2u);  // 35 times 1.05 is more than the budget of 31
 }
 
 TEST(RoadGraph, IsTheSameForAnyOrderOfPlaces) {
