@@ -24,7 +24,8 @@ void add_places(cv::Point2d a, cv::Point2d b, std::vector<RoadPlace>& places) {
 }
 
 TEST(RoadPlaces, OfBlocksAreThoseOfTheWholeImage) {
-  const cv::Mat image = drawn({420, 380}, {{{0, 60}, {420, 300}}, {{200, 0}, {180, 380}}});
+  cv::Mat image = drawn({420, 380}, {{{0, 60}, {420, 300}}, {{200, 0}, {180, 380}}});
+  cv::line(image, {0, 350}, {420, 150}, {105, 105, 110}, 22);  // wide enough for the scale of 2 m
   const RoadModel& model = default_road_model();
   const std::vector<RoadPlace> whole = find_road_places(image, {}, {0, 0, 420, 380}, model);
   ASSERT_GT(whole.size(), 300u);  // of 870 m of road
