@@ -32,7 +32,7 @@ constexpr int kPartsPerBlock = 2;         // a side: each has its own witness, s
 constexpr double kHitShare = 15.0 / 160;  // of the view's side: an answer this near is true
 
 // From these on a place is said to be so.
-constexpr double kUniformStructure = 0.05, kStrongRival = 0.8, kWholeView = 0.95, kDisagreement = 0;
+constexpr double kUniformStructure = 0.15, kStrongRival = 0.8, kWholeView = 0.95, kDisagreement = 0;
 
 navigability::Footprint view_of(const Footprint& f) { return {f.template_m, f.search_m, kHitShare * f.template_m}; }
 
@@ -63,7 +63,8 @@ uint16_t reasons_of(const Predictors& p) {
   unsigned out = 0;
   const auto say = [&](Reason reason, bool is_so) { out |= unsigned(is_so) << unsigned(reason); };
   say(Reason::kUniform, p.structure < kUniformStructure);
-  say(Reason::kRepeats, p.look_alike && p.look_alike->strength >= kStrongRival);
+  say(Reason::kRepeats,
+      p.look_alike && p.look_alike->strength >= kStrongRival && p.structure >= kUniformStructure);
   say(Reason::kNoData, p.coverage < kWholeView);
   say(Reason::kDatesDisagree, p.dates > 1 && p.mean_logit < kDisagreement && p.found > 0);
   say(Reason::kOneDate, p.dates == 1);
