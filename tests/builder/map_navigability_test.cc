@@ -14,6 +14,7 @@
 #include "tests/nav/scene.h"
 #include "tools/common/navigability_map.h"
 #include "tools/common/open_pack.h"
+#include "tools/synth/world.h"
 
 namespace landfix {
 namespace {
@@ -253,6 +254,29 @@ TEST_F(MapNavigability, ShadowsAreDarkerThanWhatIsAroundThem) {
   const tools::NavigabilityMap map = judged(o);
   EXPECT_TRUE(map.at(kWest_m + 112, kNorth_m - 256)->has(Reason::kShadow)) << "39 %";
   EXPECT_FALSE(map.at(kWest_m + 400, kNorth_m - 256)->has(Reason::kShadow));
+}
+
+// A drawn world at 1 m, where landmarks are sought: the wood is where its trees are.
+TEST_F(MapNavigability, WoodsAndLandmarksAreThoseOfTheWorld) {
+  synth::WorldOptions world;
+  world.seed = 77, world.gsd_m = 1, world.size_m = 512;
+  world.west_m = 64 * 7813, world.south_m = 64 * 84375;
+  synth::write_world(world, folder_ / "world");
+  BuildOptions o = options({path("world/ortho.tif")});
+  o.layers = {"orientation", "landmarks"};
+  const tools::NavigabilityMap map = judged(o);
+  const std::vector<synth::Tree> trees = synth::World(world).labels(synth::World(world).extent()).trees;
+  int woods = 0, landmarks = 0;
+  for (int row = 1; row + 1 < map.rows(); ++row)
+    for (int column = 1; column + 1 < map.columns(); ++column) {
+      const auto near = std::ranges::count_if(trees, [&](const synth::Tree& tree) {
+        return std::max(std::abs(tree.place.x - map.east_of(column)), std::abs(tree.place.y - map.north_of(row))) < 96;
+      });
+      const Navigability place = map.node(column, row).value();
+      printf("%d %d: %zd trees, wood %d, landmarks %u\n", column, row, near, place.has(Reason::kWood), place.landmarks);
+      woods += place.has(Reason::kWood);
+      landmarks += int(place.landmarks);
+    }
 }
 
 TEST_F(MapNavigability, RefusesWhatCannotBeJudged) {
