@@ -260,23 +260,32 @@ TEST_F(MapNavigability, ShadowsAreDarkerThanWhatIsAroundThem) {
 TEST_F(MapNavigability, WoodsAndLandmarksAreThoseOfTheWorld) {
   synth::WorldOptions world;
   world.seed = 77, world.gsd_m = 1, world.size_m = 512;
-  world.west_m = 64 * 7813, world.south_m = 64 * 84375;
+  world.west_m = 64 * 7833, world.south_m = 64 * 84381;
   synth::write_world(world, folder_ / "world");
   BuildOptions o = options({path("world/ortho.tif")});
   o.layers = {"orientation", "landmarks"};
   const tools::NavigabilityMap map = judged(o);
   const std::vector<synth::Tree> trees = synth::World(world).labels(synth::World(world).extent()).trees;
-  int woods = 0, landmarks = 0;
+  int in_woods = 0, outside = 0;
+  unsigned landmarks = 0;
   for (int row = 1; row + 1 < map.rows(); ++row)
     for (int column = 1; column + 1 < map.columns(); ++column) {
+      // In the three nodes a side that a view of two is rounded to.
       const auto near = std::ranges::count_if(trees, [&](const synth::Tree& tree) {
-        return std::max(std::abs(tree.place.x - map.east_of(column)), std::abs(tree.place.y - map.north_of(row))) < 96;
+        const double east_m = tree.position.x - map.east_of(column), north_m = tree.position.y - map.north_of(row);
+        return std::max(std::abs(east_m), std::abs(north_m)) < 96;
       });
       const Navigability place = map.node(column, row).value();
-      printf("%d %d: %zd trees, wood %d, landmarks %u\n", column, row, near, place.has(Reason::kWood), place.landmarks);
-      woods += place.has(Reason::kWood);
-      landmarks += int(place.landmarks);
+      if (near > 700 || near < 300) {
+        EXPECT_EQ(place.has(Reason::kWood), near > 700) << column << " " << row << ": " << near;
+      }
+      in_woods += near > 700, outside += near < 300;
+      EXPECT_TRUE(place.landmarks > 1 || place.diversity == 0) << "one landmark is of one class";
+      landmarks += place.landmarks;
     }
+  EXPECT_GT(in_woods, 12);
+  EXPECT_GT(outside, 6);
+  EXPECT_GT(landmarks, 10u);
 }
 
 TEST_F(MapNavigability, RefusesWhatCannotBeJudged) {
