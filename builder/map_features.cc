@@ -98,7 +98,8 @@ std::vector<StoredSighting> find_sightings(const Plan& plan, const ingest::Stack
   };
   for (size_t i = 0; i < shown.size(); ++i) {
     if (shown[i].pixels.empty()) continue;
-    for (const landmarks::Extracted& found : landmarks::find_landmarks(shown[i], core, *plan.object_model, &covers.emplace_back())) {
+    for (const landmarks::Extracted& found :
+         landmarks::find_landmarks(shown[i], core, *plan.object_model, &covers.emplace_back())) {
       const tiles::Landmark& m = found.landmark;
       const auto chances = uint16_t(std::ranges::count_if(shown, [&](const auto& image) { return shows(image, m); }));
       const bool is_newest =
@@ -256,7 +257,8 @@ std::vector<FinishedTile> find_features(const Plan& plan, const ingest::Stack& i
         [&] {
           if (!plan.find_landmarks) return;
           std::vector<cv::Mat> covers;
-          of_landmarks.push_back(journal_tile(kFoundLandmarks, block, find_sightings(plan, images, rect, core, covers)));
+          of_landmarks.push_back(
+              journal_tile(kFoundLandmarks, block, find_sightings(plan, images, rect, core, covers)));
           if (!plan.footprints.empty()) of_landmarks.push_back(describe_covers(block, covers));
         },
         [&] {
