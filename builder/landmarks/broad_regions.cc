@@ -24,8 +24,8 @@ constexpr double kSolid = 0.7, kOblong = 0.5;  // least share of the hull and of
 constexpr double kMostCost = 1e6;              // of a merge
 constexpr double kTolerance_px = 2;            // of outlines
 
-// Logistic regression over BroadNumbers (tools/landmarks/fit_fields.sh).
-constexpr BroadNumbers kFieldWeights = {-8.2662, -0.7298, 5.0061, 11.0324, -1.9858, 0.1356, 0.2538};
+// Logistic regression over BroadNumbers (landfix_fit_fields fit).
+constexpr BroadNumbers kFieldWeights = {-11.8159, -0.7795, 6.0629, 12.6495, -0.6792, 0.1426, 0.2688};
 constexpr BroadNumbers kWaterWeights = {0, 0, 0, 0, 0, 0, 0};  // too few lakes to learn from: one half
 
 const cv::Mat& square() {
@@ -104,7 +104,7 @@ cv::Mat whole_of(const cv::Mat& view) {
   return whole;
 }
 
-std::vector<BroadRegion> fields_of(const cv::Mat& view, const cv::Rect& core) {
+std::vector<BroadRegion> fields_of(const cv::Mat& view) {
   const cv::Mat whole = whole_of(view);
   const cv::Mat ground = (channel(view, kGround) >= 128) & (channel(view, kValid) == 255);
   const MergeTree tree = merge_regions(colours_of(view), ground, kMostCost, kMost_px * kMost_px);
@@ -121,9 +121,7 @@ std::vector<BroadRegion> fields_of(const cv::Mat& view, const cv::Rect& core) {
     BroadRegion b;
     b.region.cls = LandmarkClass::kField;
     b.first = node.first, b.count = node.count;
-    if (reaches_rim(mask, node.box, whole) || !tidy(mask, node.box.tl(), b) || !core.contains(b.region.middle()) ||
-        !measure_shape(b, node.count))
-      continue;
+    if (reaches_rim(mask, node.box, whole) || !tidy(mask, node.box.tl(), b) || !measure_shape(b, node.count)) continue;
     b.numbers[5] = std::min(std::log(ends / double(node.strength)), 3.0);
     b.numbers[6] = std::log(double(node.strength));
     b.confidence = probability_of(b.numbers, kFieldWeights);
@@ -132,7 +130,7 @@ std::vector<BroadRegion> fields_of(const cv::Mat& view, const cv::Rect& core) {
   return out;
 }
 
-std::vector<BroadRegion> lakes_of(const cv::Mat& view, const cv::Rect& core) {
+std::vector<BroadRegion> lakes_of(const cv::Mat& view) {
   const cv::Mat whole = whole_of(view), water = channel(view, kWater);
   cv::Mat wet = water >= 128, labels, stats, centres;
   cv::morphologyEx(wet, wet, cv::MORPH_OPEN, square(), {-1, -1}, 1, cv::BORDER_CONSTANT, 0);
@@ -148,9 +146,7 @@ std::vector<BroadRegion> lakes_of(const cv::Mat& view, const cv::Rect& core) {
     first += b.count;
     if (std::max(box.width, box.height) > kMost_px || b.count < kLeastArea_px / 2) continue;
     const cv::Mat mask = (labels(box) == i) / 255;
-    if (reaches_rim(mask, box, whole) || !tidy(mask, box.tl(), b) || !core.contains(b.region.middle()) ||
-        !measure_shape(b, b.count))
-      continue;
+    if (reaches_rim(mask, box, whole) || !tidy(mask, box.tl(), b) || !measure_shape(b, b.count)) continue;
     b.numbers[5] = cv::mean(water(box), mask)[0] / 255;
     b.confidence = probability_of(b.numbers, kWaterWeights);
     out.push_back(std::move(b));
@@ -193,24 +189,28 @@ cv::Mat broad_view(const ObjectScene& scene, const cv::Mat& image, const cv::Rec
   return out;
 }
 
-std::vector<BroadRegion> broad_candidates(const cv::Mat& view, LandmarkClass cls, const cv::Rect& core) {
-  return cls == LandmarkClass::kWater ? lakes_of(view, core) : fields_of(view, core);
+std::vector<BroadRegion> broad_candidates(const cv::Mat& view, LandmarkClass cls) {
+  return cls == LandmarkClass::kWater ? lakes_of(view) : fields_of(view);
+}
+
+std::vector<BroadRegion> chosen_regions(const cv::Mat& view, LandmarkClass cls) {
+  std::vector<BroadRegion> regions = broad_candidates(view, cls), out;
+  std::ranges::sort(regions, {}, [](const BroadRegion& b) { return std::tuple(-b.confidence, b.first, b.count); });
+  std::vector<bool> taken(view.total(), false);
+  for (BroadRegion& b : regions) {
+    const auto begin = taken.begin() + b.first, end = begin + b.count;
+    if (b.confidence < kLeastConfidence || std::find(begin, end, true) != end) continue;
+    std::fill(begin, end, true);
+    out.push_back(std::move(b));
+  }
+  return out;
 }
 
 std::vector<Extracted> find_broad(const features::GridImage& view, const cv::Rect& core) {
   std::vector<Extracted> out;
-  const cv::Rect all({}, view.pixels.size());
-  for (const LandmarkClass cls : {LandmarkClass::kField, LandmarkClass::kWater}) {
-    std::vector<BroadRegion> regions = broad_candidates(view.pixels, cls, all);
-    std::ranges::sort(regions, {}, [](const BroadRegion& b) { return std::tuple(-b.confidence, b.first, b.count); });
-    std::vector<bool> taken(view.pixels.total(), false);
-    for (const BroadRegion& b : regions) {
-      const auto begin = taken.begin() + b.first, end = begin + b.count;
-      if (b.confidence < kLeastConfidence || std::find(begin, end, true) != end) continue;
-      std::fill(begin, end, true);
+  for (const LandmarkClass cls : {LandmarkClass::kField, LandmarkClass::kWater})
+    for (const BroadRegion& b : chosen_regions(view.pixels, cls))
       if (core.contains(b.region.middle())) out.push_back(landmark_of(b, view));
-    }
-  }
   return out;
 }
 

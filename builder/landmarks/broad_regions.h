@@ -39,8 +39,11 @@ struct BroadRegion {
   int count = 0;  ///< and then one lies within the other
 };
 
-/// All regions of a view with their middle in `core`; of training, too.
-std::vector<BroadRegion> broad_candidates(const cv::Mat& view, tiles::LandmarkClass cls, const cv::Rect& core);
+/// All regions of a view that may be one; of training, too.
+std::vector<BroadRegion> broad_candidates(const cv::Mat& view, tiles::LandmarkClass cls);
+
+/// The surest of them, kLeastConfidence or more, of which none covers another; surest first.
+std::vector<BroadRegion> chosen_regions(const cv::Mat& view, tiles::LandmarkClass cls);
 
 /// Fields and water of kBroadLeast_m to kBroadMost_m with their middle in `core`; none covers another of its class. A
 /// field is ground of one colour that nothing else crosses (region_merging.h); its centre is that of its area, its
