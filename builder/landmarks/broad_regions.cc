@@ -18,14 +18,15 @@ using tiles::LandmarkClass;
 
 constexpr int kValid = 0, kGround = 1, kWater = 2, kColours = 3;  // channels of a view
 constexpr int kMost_px = int(kBroadMost_m / kBroadGsd_m), kLeast_px = int(kBroadLeast_m / kBroadGsd_m);
-constexpr int kLeastArea_px = 300;  // 120 m x 40 m
+constexpr int kLeastWidth_px = 10;
+constexpr int kLeastNode_px = 150;  // before holes are filled: half of the least rectangle
 constexpr double kLasts = 1.1;      // times the strength at which a region came to be, that it outlasts at least
 constexpr double kSolid = 0.7, kOblong = 0.5;  // least share of the hull and of the rectangle
 constexpr double kMostCost = 1e6;              // of a merge
 constexpr double kTolerance_px = 2;            // of outlines
 
 // Logistic regression over BroadNumbers (landfix_fit_fields fit).
-constexpr BroadNumbers kFieldWeights = {-11.8159, -0.7795, 6.0629, 12.6495, -0.6792, 0.1426, 0.2688};
+constexpr BroadNumbers kFieldWeights = {-7.0958, -0.9306, 5.0018, 13.5579, -4.0665, 0.3742, 0.2577};
 constexpr BroadNumbers kWaterWeights = {0, 0, 0, 0, 0, 0, 0};  // too few lakes to learn from: one half
 
 const cv::Mat& square() {
@@ -70,8 +71,8 @@ bool tidy(const cv::Mat& mask, const cv::Point& corner, BroadRegion& out) {
   r.box = box + corner - cv::Point(1, 1);
   r.area_px = cv::countNonZero(r.mask);
   const cv::Size2f size = rectangle_of(r).size;
-  const double length = double(std::max(size.width, size.height));
-  return r.area_px >= kLeastArea_px && length >= kLeast_px && length <= kMost_px;
+  const double length = double(std::max(size.width, size.height)), width = double(std::min(size.width, size.height));
+  return width >= kLeastWidth_px && length >= kLeast_px && length <= kMost_px;
 }
 
 // The numbers of shape; false where it is far from any field's.
@@ -110,7 +111,7 @@ std::vector<BroadRegion> fields_of(const cv::Mat& view) {
   const MergeTree tree = merge_regions(colours_of(view), ground, kMostCost, kMost_px * kMost_px);
   std::vector<BroadRegion> out;
   for (const MergeTree::Node& node : tree.nodes) {
-    if (node.count < kLeastArea_px / 2 || std::max(node.box.width, node.box.height) > kMost_px) continue;
+    if (node.count < kLeastNode_px || std::max(node.box.width, node.box.height) > kMost_px) continue;
     const double ends = node.parent < 0 ? kMostCost : double(tree.nodes[size_t(node.parent)].strength);
     if (ends < kLasts * double(node.strength)) continue;
     cv::Mat mask = cv::Mat::zeros(node.box.size(), CV_8U);
@@ -144,7 +145,7 @@ std::vector<BroadRegion> lakes_of(const cv::Mat& view) {
     b.region.cls = LandmarkClass::kWater;
     b.first = first, b.count = s[cv::CC_STAT_AREA];
     first += b.count;
-    if (std::max(box.width, box.height) > kMost_px || b.count < kLeastArea_px / 2) continue;
+    if (std::max(box.width, box.height) > kMost_px || b.count < kLeastNode_px) continue;
     const cv::Mat mask = (labels(box) == i) / 255;
     if (reaches_rim(mask, box, whole) || !tidy(mask, box.tl(), b) || !measure_shape(b, b.count)) continue;
     b.numbers[5] = cv::mean(water(box), mask)[0] / 255;
