@@ -16,8 +16,8 @@ inline constexpr double kBroadGsd_m = kBroadStep_px * kLandmarkGsd_m;
 /// Least and greatest length of what is found: where find_landmarks ends, and the greatest size that a tile keeps.
 inline constexpr double kBroadLeast_m = 120, kBroadMost_m = 724;
 
-/// Windows that are looked at as one, and what is seen around them, in pixels of kBroadGsd_m: 2048 m and 768 m.
-inline constexpr int kBroadWindow_px = 512, kBroadHalo_px = 192;
+/// Windows that are looked at as one, and what is seen around them, in pixels of kBroadGsd_m: 2048 m and 512 m.
+inline constexpr int kBroadWindow_px = 512, kBroadHalo_px = 128;
 
 /// Channels of the view of an image with so many.
 inline constexpr int broad_channels(int of_image) { return 3 + of_image; }
