@@ -111,12 +111,6 @@ struct Chosen {
   std::vector<features::RoadCandidate> road, other;
 };
 
-void keep_some(std::vector<features::RoadCandidate>& all, size_t count, Random& random) {
-  for (size_t i = 0; i < std::min(count, all.size()); ++i)
-    std::swap(all[i], all[i + size_t(random.below(int(all.size() - i)))]);
-  if (all.size() > count) all.resize(count);
-}
-
 Chosen choose(const std::vector<features::RoadCandidate>& all, const Classes& classes, size_t most, Random& random) {
   Chosen out;
   for (size_t i = 0; i < all.size(); ++i)
@@ -167,7 +161,7 @@ void vary_colours(cv::Mat& image, Random& random) {
       const double mean = (c[0] + c[1] + c[2]) / 3.0;
       cv::Vec3b out;
       for (int k = 0; k < 3; ++k) {
-        const double noise = 3 * (random.between(-0.5, 0.5) + random.between(-0.5, 0.5) + random.between(-0.5, 0.5));
+        const double noise = 1.5 * random.normal();
         const double value = (mean - 110) * contrast + level + (c[order[k]] - mean) * paleness * contrast;
         out[k] = cv::saturate_cast<uint8_t>(value * tint[k] + noise);
       }

@@ -131,7 +131,7 @@ void run(const Arguments& a) {
   learn_first(a, model);
   learn_second(a, model);
   const std::vector<uint8_t> bytes = model.serialise();
-  write_text(a.output, std::string(bytes.begin(), bytes.end()));
+  write_bytes(a.output, bytes);
   fmt::print("{}: {} bytes\n", a.output, bytes.size());
 }
 
