@@ -117,7 +117,7 @@ TEST_F(PackWriterTest, WritesHeaderAndSectionsAsSpecified) {
   const auto header = record_at<Header>(file, 0);
   EXPECT_EQ(0, std::memcmp(header.magic, "\x89LFP\r\n\x1A\n", 8));
   EXPECT_EQ(header.version_major, 1);
-  EXPECT_EQ(header.version_minor, 2);
+  EXPECT_EQ(header.version_minor, 3);
   EXPECT_EQ(header.page_size, 4096u);
   EXPECT_EQ(header.file_length, file.size());
   EXPECT_EQ(statistics.file_bytes, file.size());

@@ -169,7 +169,7 @@ std::string place_of(const json& position) {
 
 TEST_F(WithMap, InfoSaysWhatThePackHolds) {
   const json info = json_of({"info", "--json", "map.lfpack"});
-  EXPECT_EQ(info["format"], "1.2");
+  EXPECT_EQ(info["format"], "1.3");
   EXPECT_EQ(info["zone"], "33N");
   EXPECT_EQ(info["epsg"], 32633);
   EXPECT_EQ(info["file_length"], fs::file_size(path("map.lfpack")));
