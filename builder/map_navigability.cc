@@ -35,9 +35,8 @@ using tiles::NavigabilityPixel;
 using tiles::Reason;
 
 constexpr int kLeastView_px = 32;
-constexpr int kRim_px = 16;               // for operators that look at neighbours, of map and view
-constexpr int kPartsPerBlock = 2;         // a side: each has its own witness, so that one block keeps all threads busy
-constexpr double kHitShare = 15.0 / 160;  // of the view's side: an answer this near is true
+constexpr int kRim_px = 16;        // for operators that look at neighbours, of map and view
+constexpr int kPartsPerBlock = 2;  // a side: each has its own witness, so that one block keeps all threads busy
 constexpr size_t kNodeBytes = tiles::kNavigabilityChannels;
 
 // From these on a place is said to be so.
@@ -54,7 +53,9 @@ int nodes_of_block(int level) {
 
 std::string journal_name(const Footprint& f) { return "found/" + tiles::layer_of(f); }
 
-navigability::Footprint view_of(const Footprint& f) { return {f.template_m, f.search_m, kHitShare * f.template_m}; }
+navigability::Footprint view_of(const Footprint& f) {
+  return {f.template_m, f.search_m, tiles::kHitShare * f.template_m};
+}
 
 std::vector<features::GridImage> dates_in(const ingest::Stack& images, const tiles::PixelRect& rect) {
   std::vector<features::GridImage> out;

@@ -27,6 +27,14 @@ constexpr Spread kBetweenDates{0.5, 0.16}, kOfOneDate{5, 0.4};
 
 double logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
+/// What a map's age adds to the logit.
+double ageing(double age_years) {
+  return -kAgeing * (std::log1p(std::max(age_years, 0.0)) - std::log1p(kTypicalAgeYears));
+}
+
+/// The probability of a logit, as far from 0 and 1 as any is.
+double doubtful(double logit) { return std::clamp(logistic(logit), 1 - kMostCertain, kMostCertain); }
+
 double weighted(std::span<const double> coefficients, const std::vector<double>& values) {
   return std::inner_product(values.begin(), values.end(), coefficients.begin(), 0.0);
 }
@@ -40,8 +48,13 @@ double fix_probability(const Predictors& p, std::optional<double> age_years) {
                      ? weighted(kSeveralDates, {1, p.least_logit, p.mean_logit, std::log(p.structure + kLeastStructure),
                                                 p.background, size, 1.0 / (p.dates * (p.dates - 1))})
                      : weighted(kOneDate, {1, p.structure, p.background, p.crest, size});
-  if (age_years) logit -= kAgeing * (std::log1p(std::max(*age_years, 0.0)) - std::log1p(kTypicalAgeYears));
-  return std::clamp(logistic(logit), 1 - kMostCertain, kMostCertain);
+  if (age_years) logit += ageing(*age_years);
+  return doubtful(logit);
+}
+
+double aged(double fix, double age_years) {
+  if (!(fix > 0 && fix < 1)) return fix;
+  return doubtful(std::log(fix / (1 - fix)) + ageing(age_years));
 }
 
 GateChances gate_chances(double fix) {

@@ -13,6 +13,9 @@ namespace landfix::navigability {
 /// to the flight; absent: as old as the maps of the samples were.
 double fix_probability(const Predictors& predictors, std::optional<double> age_years = std::nullopt);
 
+/// A chance that holds for maps as old as those of the samples, for one of this age in years.
+double aged(double fix_probability, double age_years);
+
 /// What the standard gate will make of matches at a place.
 struct GateChances {
   double accepted = 0;           ///< that a match passes

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "tools/eval/statistics.h"
 
@@ -151,6 +152,54 @@ TEST(EvalStatistics, BootstrapIsTheSameForTheSameSeed) {
 TEST(EvalStatistics, BootstrapOfOneBlockKnowsNothing) {
   const std::vector<Sample> samples = {answered(true, 0.9), answered(false, 0.9)};
   EXPECT_TRUE(std::isnan(bootstrap(samples, 0.5, 50, 1).hit_rate.low)) << "not an interval of width 0";
+}
+
+TEST(EvalStatistics, WeightsCountSamplesSeveralTimes) {
+  const std::vector<Sample> once = {answered(true, 0.8), answered(false, 0.9), answered(false, 0.3)};
+  const std::vector<Sample> repeated = {once[0], once[1], once[2], once[2], once[2]};
+  const std::vector<int> weights = {1, 1, 3};
+  // The hit is above three of four misses.
+  EXPECT_DOUBLE_EQ(Ranked(once, Ranking::kProbability).auc(weights), 0.75);
+  EXPECT_DOUBLE_EQ(Ranked(repeated, Ranking::kProbability).auc(), 0.75);
+}
+
+TEST(EvalStatistics, RankCorrelationIsSpearmans) {
+  // Ranks 1 2 3 4 5 and 2 1 4 3 5: 1 - 6 · 4 / (5 · 24).
+  const std::vector<double> a = {1, 2, 3, 4, 5}, b = {20, 10, 40, 30, 5000};
+  EXPECT_NEAR(RankCorrelation(a, b).value(), 0.8, 1e-12);
+  // Equal values share their rank: 1 2.5 2.5 4 and 1 2 3 4 give 4.5 / sqrt(4.5 · 5).
+  const std::vector<double> c = {1, 2, 2, 3}, d = {1, 2, 3, 4};
+  EXPECT_NEAR(RankCorrelation(c, d).value(), 4.5 / std::sqrt(22.5), 1e-12);
+  EXPECT_TRUE(std::isnan(RankCorrelation(c, std::vector<double>(4, 7)).value())) << "nothing to rank";
+  // A weight of two is a sample that is there twice, of none one that is not.
+  const std::vector<double> e = {1, 2, 2, 3, 3}, f = {1, 2, 2, 1, 1};
+  EXPECT_NEAR(RankCorrelation(std::vector<double>{1, 2, 3, 9}, std::vector<double>{1, 2, 1, 0})
+                  .value(std::vector<int>{1, 2, 2, 0}),
+              RankCorrelation(e, f).value(), 1e-12);
+}
+
+TEST(EvalStatistics, BootstrapDrawsWholeBlocks) {
+  // Two blocks, of 0 and of 1: a resample's mean is 0, 1/2 or 1, so that the interval is [0, 1]; single samples of the
+  // hundred would stay near one half.
+  std::vector<uint64_t> blocks(100, 7);
+  std::fill(blocks.begin() + 50, blocks.end(), 8);
+  const std::vector<Figure> figures = {[](Weights w) {
+    double ones = 0, all = 0;
+    for (size_t i = 0; i < w.size(); ++i) ones += i < 50 ? 0 : w[i], all += w[i];
+    return ones / all;
+  }};
+  const Interval interval = bootstrap(blocks, figures, 200)[0];
+  EXPECT_EQ(interval.low, 0);
+  EXPECT_EQ(interval.high, 1);
+  std::vector<uint64_t> many(100);
+  std::iota(many.begin(), many.end(), 0);
+  const Interval narrow = bootstrap(many, figures, 200)[0], again = bootstrap(many, figures, 200)[0],
+                 other = bootstrap(many, figures, 200, 2)[0];
+  EXPECT_NEAR(narrow.low, 0.4, 0.05);  // one half less 1.96 · 0.05
+  EXPECT_NEAR(narrow.high, 0.6, 0.05);
+  EXPECT_TRUE(narrow.low == again.low && narrow.high == again.high) << "the same for the same seed";
+  EXPECT_FALSE(narrow.low == other.low && narrow.high == other.high);
+  EXPECT_TRUE(std::isnan(bootstrap(std::vector<uint64_t>(9, 1), figures)[0].low)) << "a single block";
 }
 
 }  // namespace
