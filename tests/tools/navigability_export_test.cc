@@ -151,6 +151,11 @@ TEST_F(ExportNavigability, ChancesFallWithTheAgeOfTheMap) {
   // 0.6 of the logarithm of one more than the years; as they are they hold for two years.
   EXPECT_NEAR(logit(fresh) - logit(usual), 0.6 * std::log(3.0), 1e-4);
   EXPECT_NEAR(logit(usual) - logit(old), 0.6 * std::log(11.0 / 3), 1e-3);
+  expect_done("map.lfpack -o old.gpkg --date 2026-07-16");
+  const GDALDatasetUniquePtr file = open("old.gpkg", GDAL_OF_VECTOR);
+  OGRLayer* layer = file->GetLayerByName("navigability");
+  const OGRFeatureUniquePtr first(layer->GetNextFeature()), second(layer->GetNextFeature());
+  EXPECT_STREQ(second->GetFieldAsString("reasons"), "older than 5 years");
 }
 
 TEST_F(ExportNavigability, SaysWhatIsWrong) {
@@ -164,7 +169,9 @@ TEST_F(ExportNavigability, SaysWhatIsWrong) {
   for (const std::string extension : {"tif", "gpkg", "png"})
     expect_refusal("map.lfpack -o nowhere/out." + extension, kIo, {"nowhere/out." + extension});
   tests::Drawing drawing = tests::judged_drawing();
-  drawing.layers[0].epochs = [](char) { return catalog::EpochSet(); };
+  drawing.layers[1].pixel = [dated = drawing.layers[1].pixel](const tests::PixelOf& p) {
+    return p.channel < 17 ? dated(p) : 0;  // without the day, its last two channels
+  };
   save("undated.lfpack", drawing);
   expect_refusal("undated.lfpack -o out.tif --date 2020-01-01", kNoData, {"undated.lfpack", "--date"});
   drawing.layers.pop_back();

@@ -28,6 +28,7 @@ inline tiles::Navigability judged_node(int64_t column, int64_t row) {
   }
   n.landmarks = unsigned(row);
   n.dates = 2;
+  n.newest_day = 16998;  // 2016-07-16
   return n;
 }
 

@@ -12,11 +12,9 @@
 #include "builder/error.h"
 #include "builder/ingest/gdal.h"
 #include "builder/ingest/raster.h"
-#include "builder/navigability/model.h"
 #include "tools/common/files.h"
 #include "tools/common/geopackage.h"
 #include "tools/common/manifest_json.h"
-#include "tools/common/map_age.h"
 #include "tools/common/navigability_style.h"
 
 namespace landfix::tools {
@@ -45,6 +43,7 @@ constexpr Quantity kQuantities[] = {
     {"landmarks", [](const Navigability& n) { return double(n.landmarks); }},
     {"diversity", [](const Navigability& n) { return n.diversity; }},
     {"dates", [](const Navigability& n) { return double(n.dates); }},
+    {"newest_day", [](const Navigability& n) { return n.newest_day ? double(*n.newest_day) : kNothing; }},
 };
 
 std::string chance_name(Finder finder) { return fmt::format("fix_{}", name_of(finder)); }
@@ -97,12 +96,8 @@ std::vector<JudgedNode> nodes_of(const NavigabilityView& view, const std::string
     for (int column = 0; column < view.map.columns(); ++column) {
       const std::optional<Navigability> place = view.map.node(column, row);
       if (!place || std::isnan(place->fix_probability[size_t(view.finder)])) continue;
-      JudgedNode& node = out.emplace_back(JudgedNode{column, row, *place});
-      if (!view.day) continue;
-      const auto age = map_age_years(view.pack, view.map.east_of(column), view.map.north_of(row), *view.day);
-      if (!age) continue;
-      dated = true;
-      for (double& chance : node.place.fix_probability) chance = navigability::aged(chance, *age);
+      out.push_back({column, row, view.day ? tiles::on_day(*place, *view.day) : *place});
+      dated |= place->newest_day.has_value();
     }
   if (!dated)
     throw Error(ExitCode::kNoData,

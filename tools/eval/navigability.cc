@@ -4,7 +4,6 @@
 #include <regex>
 
 #include "builder/ingest/provenance.h"
-#include "builder/navigability/model.h"
 #include "runtime/nav/pack_map.h"
 #include "tools/common/map_age.h"
 
@@ -48,7 +47,7 @@ std::vector<Foreseen> foresee(std::span<const Trial> trials, const Foresight& o)
     if (!expected) continue;
     Foreseen& f = out.emplace_back(Foreseen{trial, *expected, {}, {}});
     if (o.camera_day) f.age_years = tools::map_age_years(o.pack, q.east_m, q.north_m, *o.camera_day);
-    if (f.age_years) f.expected.fix_probability = navigability::aged(expected->fix_probability, *f.age_years);
+    if (f.age_years) f.expected.fix_probability = tiles::aged(expected->fix_probability, *f.age_years);
     f.textures = textures_at(map, q.east_m, q.north_m, o.template_m, o.gsd_m);
   }
   return out;
