@@ -99,7 +99,7 @@ std::vector<JudgedNode> nodes_of(const NavigabilityView& view, const std::string
       out.push_back({column, row, view.day ? tiles::on_day(*place, *view.day) : *place});
       dated |= place->newest_day.has_value();
     }
-  if (!dated)
+  if (!dated && !out.empty())
     throw Error(ExitCode::kNoData,
                 fmt::format("{}: the pack does not say when its images were taken; leave out --date, or build it with "
                             "--date",
