@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "tools/eval/statistics.h"
 
@@ -176,30 +175,6 @@ TEST(EvalStatistics, RankCorrelationIsSpearmans) {
   EXPECT_NEAR(RankCorrelation(std::vector<double>{1, 2, 3, 9}, std::vector<double>{1, 2, 1, 0})
                   .value(std::vector<int>{1, 2, 2, 0}),
               RankCorrelation(e, f).value(), 1e-12);
-}
-
-TEST(EvalStatistics, BootstrapDrawsWholeBlocks) {
-  // Two blocks, of 0 and of 1: a resample's mean is 0, 1/2 or 1, so that the interval is [0, 1]; single samples of the
-  // hundred would stay near one half.
-  std::vector<uint64_t> blocks(100, 7);
-  std::fill(blocks.begin() + 50, blocks.end(), 8);
-  const std::vector<Figure> figures = {[](Weights w) {
-    double ones = 0, all = 0;
-    for (size_t i = 0; i < w.size(); ++i) ones += i < 50 ? 0 : w[i], all += w[i];
-    return ones / all;
-  }};
-  const Interval interval = bootstrap(blocks, figures, 200)[0];
-  EXPECT_EQ(interval.low, 0);
-  EXPECT_EQ(interval.high, 1);
-  std::vector<uint64_t> many(100);
-  std::iota(many.begin(), many.end(), 0);
-  const Interval narrow = bootstrap(many, figures, 200)[0], again = bootstrap(many, figures, 200)[0],
-                 other = bootstrap(many, figures, 200, 2)[0];
-  EXPECT_NEAR(narrow.low, 0.4, 0.05);  // one half less 1.96 · 0.05
-  EXPECT_NEAR(narrow.high, 0.6, 0.05);
-  EXPECT_TRUE(narrow.low == again.low && narrow.high == again.high) << "the same for the same seed";
-  EXPECT_FALSE(narrow.low == other.low && narrow.high == other.high);
-  EXPECT_TRUE(std::isnan(bootstrap(std::vector<uint64_t>(9, 1), figures)[0].low)) << "a single block";
 }
 
 }  // namespace

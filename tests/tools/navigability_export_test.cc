@@ -48,8 +48,9 @@ class ExportNavigability : public testing::Test {
     const GDALDatasetUniquePtr file = open(name, GDAL_OF_RASTER);
     std::vector<float> out(16);
     for (auto* b : file->GetBands())
-      if (band == b->GetDescription())
+      if (band == b->GetDescription()) {
         EXPECT_EQ(b->RasterIO(GF_Read, 0, 0, 4, 4, out.data(), 4, 4, GDT_Float32, 0, 0, nullptr), CE_None);
+      }
     return out;
   }
 

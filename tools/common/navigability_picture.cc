@@ -63,8 +63,7 @@ cv::Mat underlay(const Pack& pack, const Frame& frame, const std::string& path) 
   const double scale = image.gsd_m * frame.px_per_m;
   const cv::Point2d corner = frame.at(image.west_m, image.north_m);
   const cv::Matx23d place(scale, 0, corner.x + 0.5 * scale, 0, scale, corner.y + 0.5 * scale);
-  cv::warpAffine(shown, out, place, frame.size, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR, cv::BORDER_CONSTANT,
-                 kBackground);
+  cv::warpAffine(shown, out, place, frame.size, cv::INTER_LINEAR, cv::BORDER_CONSTANT, kBackground);
   return out;
 }
 
