@@ -1,13 +1,12 @@
 #include "tools/common/map_age.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <vector>
 
 #include "builder/ingest/provenance.h"
 #include "runtime/nav/matcher.h"
+#include "runtime/nav/pack_map.h"
 #include "tiles/grid.h"
 
 namespace landfix::tools {
@@ -30,11 +29,7 @@ std::vector<uint16_t> epochs_at(const Pack& pack, uint32_t layer, double east_m,
 }  // namespace
 
 std::optional<int> days_of(const std::string& date) {
-  if (!ingest::is_date(date)) return std::nullopt;
-  const std::chrono::year_month_day day{std::chrono::year(std::atoi(date.c_str())),
-                                        std::chrono::month(unsigned(std::atoi(date.c_str() + 5))),
-                                        std::chrono::day(unsigned(std::atoi(date.c_str() + 8)))};
-  return int(std::chrono::sys_days(day).time_since_epoch().count());
+  return ingest::is_date(date) ? nav::day_of(date.c_str()) : std::nullopt;
 }
 
 std::optional<double> map_age_years(const Pack& pack, double east_m, double north_m, int day) {
