@@ -41,8 +41,8 @@ void write_navigability_raster(const std::string& path, const NavigabilityView& 
 void write_navigability_squares(const std::string& path, const NavigabilityView& view,
                                 const std::vector<JudgedNode>& nodes);
 
-/// A PNG: the overview of the map in gray (or its gray layer) under the colours of the chance, with legend and scale.
-/// Atomically; throws Error(kIo).
+/// A PNG: the overview of the map in gray (or its gray layer, if that is finer) under the colours of the chance, with
+/// legend and scale. Atomically; throws Error(kIo).
 void write_navigability_picture(const std::string& path, const NavigabilityView& view,
                                 const std::vector<JudgedNode>& nodes, const std::string& pack_path);
 

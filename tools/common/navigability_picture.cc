@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "builder/error.h"
 #include "tools/common/drawing.h"
@@ -44,17 +45,23 @@ Frame frame_of(const Pack& pack) {
           {std::max(1, int(std::lround(width_m * px_per_m))), std::max(1, int(std::lround(height_m * px_per_m)))}};
 }
 
+// The overview, or the gray layer where the overview is much coarser than the picture.
+std::optional<uint32_t> layer_to_show(const Pack& pack, double pixel_m) {
+  const Result<uint32_t> overview = pack.find_layer("overview"), gray = pack.find_layer("gray");
+  if (overview && (!gray || pack.level(*overview, 0)->gsd_m <= 2 * pixel_m)) return *overview;
+  return gray ? std::optional(*gray) : std::nullopt;
+}
+
 // The map in gray, dark where it has nothing or has no layer to show.
 cv::Mat underlay(const Pack& pack, const Frame& frame, const std::string& path) {
   cv::Mat out(frame.size, CV_8UC1, cv::Scalar(kBackground[0]));
-  const Result<uint32_t> overview = pack.find_layer("overview"), gray = pack.find_layer("gray");
-  if (!overview && !gray) return out;
-  const uint32_t layer = overview ? *overview : *gray;
-  const uint32_t levels = pack.layer(layer)->level_count;
+  const std::optional<uint32_t> layer = layer_to_show(pack, 1 / frame.px_per_m);
+  if (!layer) return out;
+  const uint32_t levels = pack.layer(*layer)->level_count;
   const double gsd_m =
-      level_to_draw({pack.level(layer, 0)->gsd_m, pack.level(layer, levels - 1)->gsd_m}, 1 / frame.px_per_m);
+      level_to_draw({pack.level(*layer, 0)->gsd_m, pack.level(*layer, levels - 1)->gsd_m}, 1 / frame.px_per_m);
   const lf_info map = pack.info();
-  const Result<Region> region = pack.box(layer, map.west_m, map.south_m, map.east_m, map.north_m, gsd_m);
+  const Result<Region> region = pack.box(*layer, map.west_m, map.south_m, map.east_m, map.north_m, gsd_m);
   if (!region) return out;
   const features::GridImage image = read_region(pack, *region, path);
   cv::Mat shown = image.pixels;
