@@ -8,15 +8,16 @@
 #   make fuzz    ten minutes of fuzzing of the reader
 #   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
 #   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
-#   make navigability   how well maps foretell where they will serve: the table of docs/evaluation.md
+#   make evaluate-navigability   how well maps foretell where they will serve: the tables of docs/navigability.md
 #   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
+#   make navigability  draws the samples of tools/navigability anew and fits the chance of a fix to them
 #   make memory  builds of a 4-gigapixel image, and of 556 Mpx with landmarks and roads: peak memory and time
 SHELL := /bin/bash
 JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: evaluation landmarks navigability calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
+.PHONY: evaluation landmarks evaluate-navigability calibrate navigability all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -48,7 +49,7 @@ evaluation: release
 landmarks: release
 	tools/landmarks/evaluate.sh build/release/tools/landfix/landfix build/landmarks
 
-navigability: release
+evaluate-navigability: release
 	tools/navigability/evaluate.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/navigability
 
 calibrate: release
@@ -56,6 +57,12 @@ calibrate: release
 	tools/calibrate/samples.sh build/release/tools/landfix/landfix tools/calibrate 101 5 "$(LANDFIX_DATA)"
 	/usr/bin/python3 tools/calibrate/fit.py tools/calibrate/*.csv.gz >build/calibration_table.h
 	mv build/calibration_table.h runtime/nav/calibration_table.h
+
+navigability: release
+	tools/setup/install.sh python3-numpy
+	tools/navigability/samples.sh build/release/tools/navigability/landfix_navigability_samples tools/navigability
+	/usr/bin/python3 tools/navigability/fit.py tools/navigability/drawn.csv.gz >build/model_table.h
+	mv build/model_table.h builder/navigability/model_table.h
 
 memory: release
 	tools/bench/memory.sh build/release/tools/landfix/landfix
