@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kLongerSide_px = 1200;
 constexpr int kRow_px = 30, kMargin_px = 12;
-constexpr double kColourShare = 0.5;  // the rest is the map below
+constexpr double kDarkest = 0.5;  // share of a colour that is left where the map below is black
 const cv::Scalar kInk(255, 255, 255), kBackground(40, 40, 40);
 
 cv::Scalar colour_of(size_t chance_class) {
@@ -76,7 +76,8 @@ cv::Mat underlay(const Pack& pack, const Frame& frame, const std::string& path) 
 
 void draw_nodes(cv::Mat& picture, const Frame& frame, const NavigabilityView& view,
                 const std::vector<JudgedNode>& nodes) {
-  cv::Mat colours = picture.clone();
+  cv::Mat colours(picture.size(), CV_8UC3, cv::Scalar::all(0)), shaded, light;
+  cv::Mat seen = cv::Mat::zeros(picture.size(), CV_8UC1);
   const double half_m = tiles::kNavigabilityGsd_m / 2;
   for (const JudgedNode& n : nodes) {
     const double east_m = view.map.east_of(n.column), north_m = view.map.north_of(n.row);
@@ -87,8 +88,12 @@ void draw_nodes(cv::Mat& picture, const Frame& frame, const NavigabilityView& vi
         to(int(std::ceil(last.x)), int(std::ceil(last.y)));
     const cv::Rect square = cv::Rect(from, to) & cv::Rect({0, 0}, picture.size());
     colours(square).setTo(colour_of(class_of(n.chance(view.finder))));
+    seen(square).setTo(255);
   }
-  cv::addWeighted(colours, kColourShare, picture, 1 - kColourShare, 0, picture);
+  // The map is seen as light and shade of the colour, so that its hue stays that of the legend.
+  picture.convertTo(light, CV_8UC3, 1 - kDarkest, 255 * kDarkest);
+  cv::multiply(colours, light, shaded, 1 / 255.0);
+  shaded.copyTo(picture, seen);
 }
 
 void draw_scale_bar(cv::Mat& picture, double px_per_m) {

@@ -21,14 +21,13 @@ def pooled(folder, name):
 
 def main(folder):
     print("| map, matcher | places | true | AUC | ECE | in 95 % ellipse | Spearman | rms stated / actual |\n" + "|---" * 8 + "|")
-    for dates in (4, 3, 1):
-        for name, text in ((f"dates{dates}", ""), (f"dates{dates}.unknown", ", age not known")):
-            for matcher, m in pooled(folder, name).items():
-                f = m["pooled"]
-                rms = f["rms_error_m"]
-                print(f"| {dates} date{'s' * (dates > 1)}, {matcher}{text} | {f['samples']} | {100 * f['true_fixes'] / f['samples']:.1f} % | "
-                      f"{estimate(f['auc'])} | {estimate(f['expected_calibration_error'])} | {estimate(f['in_95pct_ellipse'])} | "
-                      f"{estimate(f['rank_correlation'], 2)} | {rms['expected']:.2f} / {rms['actual']:.2f} m |")
+    for name, text in (("dates4", "4 dates"), ("dates3", "3 dates"), ("dates1", "1 date"), ("dates1.unknown", "1 date, age not known")):
+        for matcher, m in pooled(folder, name).items():
+            f = m["pooled"]
+            rms = f["rms_error_m"]
+            print(f"| {text}, {matcher} | {f['samples']} | {100 * f['true_fixes'] / f['samples']:.1f} % | "
+                  f"{estimate(f['auc'])} | {estimate(f['expected_calibration_error'])} | {estimate(f['in_95pct_ellipse'])} | "
+                  f"{estimate(f['rank_correlation'], 2)} | {rms['expected']:.2f} / {rms['actual']:.2f} m |")
     print("\n| AUC on the same places | 4 dates | 3 dates | 1 date |\n|---|---|---|---|")
     all_dates = [pooled(folder, f"dates{n}")["orientation"]["pooled"] for n in (4, 3, 1)]
     print("| **navigability** | " + " | ".join(estimate(f["auc"]) for f in all_dates) + " |")
