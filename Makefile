@@ -8,7 +8,7 @@
 #   make fuzz    ten minutes of fuzzing of the reader
 #   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
 #   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
-#   make evaluate-navigability   how well maps foretell where they will serve: the tables of docs/navigability.md
+#   make evaluate-navigability   how well maps foretell where they will serve: the tables of docs/evaluation.md
 #   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
 #   make navigability  draws the samples of tools/navigability anew and fits the chance of a fix to them
 #   make memory  builds of a 4-gigapixel image, and of 556 Mpx with landmarks and roads: peak memory and time

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# How well a map foretells where images of a date that it was not made of will be found: the tables of docs/navigability.md.
+# How well a map foretells where images of a date that it was not made of will be found: the tables of docs/evaluation.md.
 # Each date of naip_nd is the camera over maps of four, three and one of the others, view 160 m, ±160 m, true within 15 m.
 # Half an hour on one core. Usage: evaluate.sh LANDFIX LANDFIX_DATA FOLDER [SAMPLES]
 set -euo pipefail
