@@ -28,14 +28,15 @@ using tiles::NavigabilityPixel;
 using tiles::Reason;
 
 constexpr int kLeastView_px = 32;
-constexpr int kRim_px = 16;               // for operators that look at neighbours, of map and view
-constexpr int kPartsPerBlock = 2;         // a side: each has its own witness, so that one block keeps all threads busy
-constexpr double kHitShare = 15.0 / 160;  // of the view's side: an answer this near is true
+constexpr int kRim_px = 16;        // for operators that look at neighbours, of map and view
+constexpr int kPartsPerBlock = 2;  // a side: each has its own witness, so that one block keeps all threads busy
 
 // From these on a place is said to be so.
 constexpr double kUniformStructure = 0.15, kStrongRival = 0.8, kWholeView = 0.95, kDisagreement = 0;
 
-navigability::Footprint view_of(const Footprint& f) { return {f.template_m, f.search_m, kHitShare * f.template_m}; }
+navigability::Footprint view_of(const Footprint& f) {
+  return {f.template_m, f.search_m, tiles::kHitShare * f.template_m};
+}
 
 // What the epochs show in a rectangle, the newest first, and on which days.
 struct Dates {

@@ -38,6 +38,9 @@ struct Footprint {
   bool operator==(const Footprint&) const = default;
 };
 
+/// A fix is true within this share of template_m of the truth.
+inline constexpr double kHitShare = 15.0 / 160;
+
 /// The layer that holds a footprint, "navigability/160/320"; and back, nullopt for the name of another layer.
 std::string layer_of(const Footprint& footprint);
 std::optional<Footprint> footprint_of(std::string_view layer);

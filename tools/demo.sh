@@ -36,6 +36,14 @@ step "What is down there, found in the image: landmarks and roads, for the aircr
 "$landfix" export area.lfpack --layer landmarks -o landmarks.gpkg
 "$landfix" export area.lfpack --layer roads -o roads.gpkg
 
+step "Where it can be navigated by: three dates of the place, each registered with the others, in views of 40 m at 1 m per pixel"
+"$landfix" synth --seed 7 --size-m 1600 --gsd 1 --season autumn --year 2018 --sun 220,30 -o autumn
+"$landfix" synth --seed 7 --size-m 1600 --gsd 1 --season spring --year 2019 --sun 130,40 -o spring
+"$landfix" build summer/ortho.tif autumn/ortho.tif spring/ortho.tif --gsd 1 --layers gray,orientation,overview --navigability 40/80 \
+  -o dates.lfpack
+"$landfix" export navigability dates.lfpack -o navigability.png
+"$landfix" export navigability dates.lfpack -o navigability.gpkg
+
 step "60 m above ground: a loop of 1 km without GNSS, 2.5 % drift, camera attitude 0.5 degrees off and 0.3 degrees tilted"
 "$landfix" fly --map area.lfpack --scene noon/ortho.tif --scene-dem noon/dsm.tif --loop 1000 --agl 60 --frames 6 -o flight_60m
 
@@ -59,6 +67,7 @@ Results in $PWD:
   overview.png, heights.png   what is in it
   landmarks.png               buildings, fields, trees, roads and intersections over the map
   landmarks.gpkg, roads.gpkg  the same for QGIS, styles included
+  navigability.png            where a small view is found again in another year, and where not; .gpkg: with reasons, for QGIS
   region.png                  the pixels inside an uncertainty of 40 m
   flight_60m/tracks.png       truth, estimate with 3-sigma ellipses, and dead reckoning over the map
   flight_60m/frames/          what the camera saw

@@ -90,6 +90,74 @@ TEST_F(EvalCommand, RegisterSaysWhatIsWrong) {
   expect_refusal("eval register --map map.lfpack --camera elsewhere.tif" + few, 6, {"elsewhere.tif", "overlap"});
 }
 
+TEST_F(EvalCommand, NavigabilityIsComparedWithWhatHappens) {
+  const Outcome built = run(
+      "build summer.tif --date summer.tif=2020-07-01 --layers gray,orientation --navigability 100/60 -o judged.lfpack",
+      "build.log");
+  ASSERT_EQ(built.code, 0) << text("build.log");
+  const std::string common =
+      "eval navigability --map judged.lfpack --camera autumn.tif --template-m 100 --search-m 60 "
+      "--hit-m 9.375 --samples 30 ";
+  const Outcome first =
+      run(common + "--camera-date 2024-07-01 --matcher all --samples-csv samples.csv --json", "errors");
+  ASSERT_EQ(first.code, 0) << text("errors");
+  EXPECT_EQ(text("errors").find("nearest"), std::string::npos) << text("errors");
+  const json report = json::parse(first.out);
+  EXPECT_EQ(report["cameras"][0]["date"], "2024-07-01");
+  EXPECT_EQ(report["cameras"][0]["judged_for"]["template_m"], 100);
+  const json& pooled = report["matchers"][0]["pooled"];
+  EXPECT_EQ(report["matchers"][0]["matcher"], "auto");
+  EXPECT_EQ(pooled["samples"], 30);
+  EXPECT_GE(pooled["true_fixes"], 20) << "the world that EvalCommand.RegisterReportsAllFigures registers";
+  EXPECT_NEAR(pooled["mean_age_years"].get<double>(), 4, 0.01);
+  int counted = 0;
+  for (const json& bin : pooled["calibration"]) counted += bin["count"].get<int>();
+  EXPECT_EQ(counted, 30);
+  for (const char* name : {"entropy", "standard_deviation", "edge_density", "fisher_information"})
+    EXPECT_TRUE(pooled["auc_of"].contains(name)) << name;
+  EXPECT_EQ(text("samples.csv").find("judged.lfpack,autumn.tif,auto,0,"), text("samples.csv").find('\n') + 1);
+
+  // The places, and what happens at them, are those of `eval register`.
+  const Outcome registered =
+      run("eval register --map judged.lfpack --camera autumn.tif --template-m 100 --search-m 60 "
+          "--hit-m 9.375 --samples 30 --seeds 1 --json",
+          "errors");
+  ASSERT_EQ(registered.code, 0) << text("errors");
+  EXPECT_NEAR(json::parse(registered.out)["matchers"][0]["pooled"]["hit_rate"].get<double>(),
+              pooled["true_fixes"].get<double>() / 30, 1e-9);
+
+  // Without a date chances are as in the map: higher than for a map of four years.
+  const Outcome undated = run(common + "--threads 1 --json=undated.json", "errors");
+  ASSERT_EQ(undated.code, 0) << text("errors");
+  EXPECT_NE(undated.out.find("AUC"), std::string::npos) << "the table stays where JSON goes to a file";
+  const auto mean_stated = [](const json& figures) {
+    double sum = 0;
+    for (const json& bin : figures["calibration"])
+      if (bin["count"] > 0) sum += bin["count"].get<double>() * bin["predicted"].get<double>();
+    return sum / figures["samples"].get<double>();
+  };
+  const json without = json::parse(text("undated.json"));
+  EXPECT_TRUE(without["cameras"][0]["date"].is_null());
+  EXPECT_GT(mean_stated(without["matchers"][0]["pooled"]), mean_stated(pooled) + 0.01);
+}
+
+TEST_F(EvalCommand, NavigabilitySaysWhatIsWrong) {
+  const std::string start = "eval navigability --map map.lfpack --camera autumn.tif --template-m 100 --search-m 60 ";
+  expect_refusal(start, 6, {"map.lfpack", "--navigability"});
+  expect_refusal(start + "--samples 3", 2, {"--samples 3", "20"});
+  expect_refusal(start + "--camera-date 2018-13-01", 2, {"--camera-date 2018-13-01"});
+  expect_refusal(start + "--map map.lfpack --map map.lfpack", 2, {"3 --map", "1 --camera"});
+  expect_refusal(start + "--matcher colour", 2, {"colour"});
+  expect_refusal("eval navigability --map map.lfpack", 2, {"--camera"});
+  const Outcome built =
+      run("build summer.tif --layers orientation --navigability 100/60 -o judged.lfpack", "build.log");
+  ASSERT_EQ(built.code, 0) << text("build.log");
+  features::GridImage elsewhere = autumn();
+  elsewhere.west_m += 5000;
+  save("elsewhere.tif", elsewhere);
+  expect_refusal("eval navigability --map judged.lfpack --camera elsewhere.tif", 6, {"elsewhere.tif", "overlap"});
+}
+
 TEST_F(EvalCommand, PairsAndPhotos) {
   expect_refusal("eval pairs --a nowhere --b nowhere", 7, {"nowhere"});
   fs::create_directories(path("a"));

@@ -153,5 +153,29 @@ TEST(EvalStatistics, BootstrapOfOneBlockKnowsNothing) {
   EXPECT_TRUE(std::isnan(bootstrap(samples, 0.5, 50, 1).hit_rate.low)) << "not an interval of width 0";
 }
 
+TEST(EvalStatistics, WeightsCountSamplesSeveralTimes) {
+  const std::vector<Sample> once = {answered(true, 0.8), answered(false, 0.9), answered(false, 0.3)};
+  const std::vector<Sample> repeated = {once[0], once[1], once[2], once[2], once[2]};
+  const std::vector<int> weights = {1, 1, 3};
+  // The hit is above three of four misses.
+  EXPECT_DOUBLE_EQ(Ranked(once, Ranking::kProbability).auc(weights), 0.75);
+  EXPECT_DOUBLE_EQ(Ranked(repeated, Ranking::kProbability).auc(), 0.75);
+}
+
+TEST(EvalStatistics, RankCorrelationIsSpearmans) {
+  // Ranks 1 2 3 4 5 and 2 1 4 3 5: 1 - 6 · 4 / (5 · 24).
+  const std::vector<double> a = {1, 2, 3, 4, 5}, b = {20, 10, 40, 30, 5000};
+  EXPECT_NEAR(RankCorrelation(a, b).value(), 0.8, 1e-12);
+  // Equal values share their rank: 1 2.5 2.5 4 and 1 2 3 4 give 4.5 / sqrt(4.5 · 5).
+  const std::vector<double> c = {1, 2, 2, 3}, d = {1, 2, 3, 4};
+  EXPECT_NEAR(RankCorrelation(c, d).value(), 4.5 / std::sqrt(22.5), 1e-12);
+  EXPECT_TRUE(std::isnan(RankCorrelation(c, std::vector<double>(4, 7)).value())) << "nothing to rank";
+  // A weight of two is a sample that is there twice, of none one that is not.
+  const std::vector<double> e = {1, 2, 2, 3, 3}, f = {1, 2, 2, 1, 1};
+  EXPECT_NEAR(RankCorrelation(std::vector<double>{1, 2, 3, 9}, std::vector<double>{1, 2, 1, 0})
+                  .value(std::vector<int>{1, 2, 2, 0}),
+              RankCorrelation(e, f).value(), 1e-12);
+}
+
 }  // namespace
 }  // namespace landfix::eval

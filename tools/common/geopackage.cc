@@ -3,6 +3,7 @@
 #include <gdal_priv.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "builder/error.h"
 #include "builder/ingest/gdal.h"
@@ -25,6 +26,35 @@ OGRLayer& add_layer(GDALDataset& file, const std::string& name, const OGRSpatial
 void add_field(OGRLayer& layer, const char* name, OGRFieldType type, const std::string& path) {
   OGRFieldDefn definition(name, type);
   require_written(layer.CreateField(&definition) == OGRERR_NONE, path);
+}
+
+void add_qgis_style(GDALDataset& file, const std::string& layer, const std::string& qml, const std::string& path) {
+  const char* options[] = {"FID=id", nullptr};
+  OGRLayer* styles = file.CreateLayer("layer_styles", nullptr, wkbNone, const_cast<char**>(options));
+  require_written(styles != nullptr, path);
+  const std::pair<const char*, std::string> columns[] = {{"f_table_catalog", ""},
+                                                         {"f_table_schema", ""},
+                                                         {"f_table_name", layer},
+                                                         {"f_geometry_column", "geom"},
+                                                         {"styleName", layer},
+                                                         {"styleQML", qml},
+                                                         {"styleSLD", ""},
+                                                         {"useAsDefault", "1"},
+                                                         {"description", "landfix"},
+                                                         {"owner", ""},
+                                                         {"ui", ""},
+                                                         {"update_time", "1970-01-01T00:00:00.000Z"}};
+  for (const auto& [name, value] : columns) {
+    const std::string column = name;
+    OGRFieldDefn definition(name, column == "update_time"    ? OFTDateTime
+                                  : column == "useAsDefault" ? OFTInteger
+                                                             : OFTString);
+    if (column == "useAsDefault") definition.SetSubType(OFSTBoolean);
+    require_written(styles->CreateField(&definition) == OGRERR_NONE, path);
+  }
+  OGRFeature feature(styles->GetLayerDefn());
+  for (const auto& [name, value] : columns) feature.SetField(name, value.c_str());
+  require_written(styles->CreateFeature(&feature) == OGRERR_NONE, path);
 }
 
 void write_dataset(const std::string& path, const char* driver, const std::function<void(GDALDataset& file)>& fill) {

@@ -14,10 +14,12 @@
 namespace landfix::tools {
 namespace {
 
+using tiles::Finder;
 using tiles::Footprint;
 using tiles::Navigability;
 using tiles::Reason;
 
+constexpr std::array<const char*, tiles::kFinders> kFinderNames = {"auto", "orientation", "gray", "edge", "contour"};
 constexpr double kMostNodes = 1 << 24;  // 69 000 km2, and 320 MB
 
 const char* compass_of(double bearing_rad) {
@@ -63,6 +65,27 @@ std::vector<Footprint> footprints_of(const Pack& pack) {
   return out;
 }
 
+std::optional<Footprint> nearest_footprint(const std::vector<Footprint>& footprints, const Footprint& asked) {
+  const auto distance = [&](const Footprint& f) {
+    return std::abs(std::log(f.template_m / asked.template_m)) + std::abs(std::log(f.search_m / asked.search_m));
+  };
+  const auto best = std::ranges::min_element(footprints, {}, distance);
+  return best == footprints.end() ? std::nullopt : std::optional(*best);
+}
+
+std::array<double, 4> covariance_of(const Navigability& n) {
+  const double s = std::sin(n.direction_rad), c = std::cos(n.direction_rad), major = n.major_m * n.major_m,
+               minor = n.minor_m * n.minor_m, mixed = (major - minor) * s * c;
+  return {major * s * s + minor * c * c, mixed, mixed, major * c * c + minor * s * s};
+}
+
+const char* name_of(Finder finder) { return kFinderNames[size_t(finder)]; }
+
+std::optional<Finder> finder_named(std::string_view name) {
+  const auto found = std::ranges::find(kFinderNames, name);
+  return found == kFinderNames.end() ? std::nullopt : std::optional(Finder(found - kFinderNames.begin()));
+}
+
 NavigabilityMap::NavigabilityMap(const Pack& pack, const Footprint& footprint, const std::string& path)
     : footprint_(footprint) {
   const std::string name = tiles::layer_of(footprint);
@@ -103,6 +126,38 @@ std::optional<Navigability> NavigabilityMap::at(double east_m, double north_m) c
                row = std::floor((north_m_ - north_m) / tiles::kNavigabilityGsd_m);
   if (!(column >= 0 && row >= 0 && column < columns() && row < rows())) return std::nullopt;
   return node(int(column), int(row));
+}
+
+std::optional<NavigabilityMap::Expected> NavigabilityMap::between(double east_m, double north_m, Finder finder) const {
+  const double column = (east_m - west_m_) / tiles::kNavigabilityGsd_m - 0.5,
+               row = (north_m_ - north_m) / tiles::kNavigabilityGsd_m - 0.5;
+  if (!(column >= -1 && row >= -1 && column <= columns() && row <= rows())) return std::nullopt;
+  const double west = std::floor(column), north = std::floor(row);
+  double total = 0, logit = 0;
+  Expected out;
+  for (const int x : {0, 1})
+    for (const int y : {0, 1}) {
+      const double weight = (1 - std::abs(column - west - x)) * (1 - std::abs(row - north - y));
+      const std::optional<Navigability> n = node(int(west) + x, int(north) + y);
+      if (!n || weight <= 0) continue;
+      const double chance = n->fix_probability[size_t(finder)];
+      if (std::isnan(chance)) continue;
+      total += weight;
+      logit += weight * std::log(chance / (1 - chance));
+      const std::array<double, 4> covariance_m2 = covariance_of(*n);
+      for (size_t i = 0; i < 4; ++i) out.covariance_m2[i] += weight * covariance_m2[i];
+    }
+  if (total <= 0) return std::nullopt;
+  out.fix_probability = 1 / (1 + std::exp(-logit / total));
+  for (double& v : out.covariance_m2) v /= total;
+  return out;
+}
+
+bool NavigabilityMap::judges(Finder finder) const {
+  for (int y = 0; y < rows(); ++y)
+    for (int x = 0; x < columns(); ++x)
+      if (const auto n = node(x, y); n && !std::isnan(n->fix_probability[size_t(finder)])) return true;
+  return false;
 }
 
 std::string reasons_text(const Navigability& place) {

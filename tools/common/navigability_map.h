@@ -1,9 +1,11 @@
 // A pack's navigability in memory: for pictures, files and routes.
 #pragma once
 
+#include <array>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "landfix/landfix.hpp"
@@ -13,6 +15,17 @@ namespace landfix::tools {
 
 /// The footprints that a pack was judged for, the smallest view first, of these the smallest search.
 std::vector<tiles::Footprint> footprints_of(const Pack& pack);
+
+/// Of footprints, the one whose view and search differ from the asked ones by the least factors; nullopt of none.
+std::optional<tiles::Footprint> nearest_footprint(const std::vector<tiles::Footprint>& footprints,
+                                                  const tiles::Footprint& asked);
+
+/// Of a true fix at a place, row-major over (east, north), in m².
+std::array<double, 4> covariance_of(const tiles::Navigability& place);
+
+/// "auto", "orientation" and so on: names of the matchers in files and on the command line; nullopt for another.
+const char* name_of(tiles::Finder finder);
+std::optional<tiles::Finder> finder_named(std::string_view name);
 
 /// What a pack says for one footprint.
 class NavigabilityMap {
@@ -32,6 +45,18 @@ class NavigabilityMap {
   std::optional<tiles::Navigability> node(int column, int row) const;
   /// The node in whose 64 m a position lies.
   std::optional<tiles::Navigability> at(double east_m, double north_m) const;
+
+  /// What is expected between the nodes.
+  struct Expected {
+    double fix_probability = 0;
+    std::array<double, 4> covariance_m2{};  ///< of a true fix, row-major over (east, north)
+  };
+  /// Bilinear between the four nodes around, the chances by their log odds; of these nodes, those that `finder` was
+  /// judged at. nullopt where there is none.
+  std::optional<Expected> between(double east_m, double north_m, tiles::Finder finder) const;
+  /// Whether this matcher was judged anywhere.
+  bool judges(tiles::Finder finder) const;
+
   /// The middle of a node.
   double east_of(int column) const { return west_m_ + (column + 0.5) * tiles::kNavigabilityGsd_m; }
   double north_of(int row) const { return north_m_ - (row + 0.5) * tiles::kNavigabilityGsd_m; }

@@ -159,43 +159,13 @@ void write_features(const Table& table, OGRLayer& layer, const std::string& path
   }
 }
 
-// The table in which QGIS looks for the style of a layer.
-void write_style(GDALDataset& file, const Table& table, const std::string& path) {
-  const char* options[] = {"FID=id", nullptr};
-  OGRLayer* styles = file.CreateLayer("layer_styles", nullptr, wkbNone, const_cast<char**>(options));
-  require_written(styles != nullptr, path);
-  const std::pair<const char*, std::string> columns[] = {{"f_table_catalog", ""},
-                                                         {"f_table_schema", ""},
-                                                         {"f_table_name", table.name},
-                                                         {"f_geometry_column", "geom"},
-                                                         {"styleName", table.name},
-                                                         {"styleQML", qgis_style(table.name)},
-                                                         {"styleSLD", ""},
-                                                         {"useAsDefault", "1"},
-                                                         {"description", "landfix"},
-                                                         {"owner", ""},
-                                                         {"ui", ""},
-                                                         {"update_time", "1970-01-01T00:00:00.000Z"}};
-  for (const auto& [name, value] : columns) {
-    const std::string column = name;
-    OGRFieldDefn definition(name, column == "update_time"    ? OFTDateTime
-                                  : column == "useAsDefault" ? OFTInteger
-                                                             : OFTString);
-    if (column == "useAsDefault") definition.SetSubType(OFSTBoolean);
-    require_written(styles->CreateField(&definition) == OGRERR_NONE, path);
-  }
-  OGRFeature feature(styles->GetLayerDefn());
-  for (const auto& [name, value] : columns) feature.SetField(name, value.c_str());
-  require_written(styles->CreateFeature(&feature) == OGRERR_NONE, path);
-}
-
 void export_geopackage(const std::string& path, const Pack& pack, const Table& table) {
   OGRSpatialReference crs;
   crs.importFromEPSG(tiles::epsg_code(zone_of(pack)));
   write_geopackage(path, [&](GDALDataset& file) {
     write_features(table, add_layer(file, table.name, crs, table.geometry, path), path,
                    [](const Point& p) { return p; });
-    write_style(file, table, path);
+    add_qgis_style(file, table.name, qgis_style(table.name), path);
   });
 }
 

@@ -44,6 +44,7 @@ CameraImage::CameraImage(const std::string& path, const MapFrame& map)
     : name_(std::filesystem::path(path).filename().string()) {
   const ingest::SourceOptions file{.path = path};
   const ingest::Source source = ingest::ImageSet(std::array{file}, map.zone).sources()[0];
+  date_ = source.date;
   native_gsd_m_ = source.gsd_m;
   bounds_ = intersection(source.bounds, map.bounds);
   if (bounds_.empty())

@@ -33,6 +33,7 @@ class CameraImage {
   CameraImage(const std::string& path, const MapFrame& map);
 
   const std::string& name() const { return name_; }
+  const std::string& date() const { return date_; }  ///< "2009-08-18" by the sidecar; empty: not said
   double gsd_m() const { return image_.gsd_m; }
   double native_gsd_m() const { return native_gsd_m_; }
   const features::GridImage& image() const { return image_; }
@@ -45,7 +46,7 @@ class CameraImage {
            features::GridImage& patch) const;
 
  private:
-  std::string name_;
+  std::string name_, date_;
   features::GridImage image_;
   ingest::GridBounds bounds_;
   double native_gsd_m_ = 0;

@@ -37,18 +37,23 @@ Interval interval_of(std::vector<double> values) {
 }
 
 /// Number of each sample's block, 0 to n - 1, and n.
-std::pair<std::vector<size_t>, size_t> blocks_of(std::span<const Sample> samples) {
-  std::vector<uint64_t> names;
-  for (const Sample& s : samples) names.push_back(s.block);
+std::pair<std::vector<size_t>, size_t> numbered(std::span<const uint64_t> blocks) {
+  std::vector<uint64_t> names(blocks.begin(), blocks.end());
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
   std::vector<size_t> index;
-  for (const Sample& s : samples)
-    index.push_back(size_t(std::lower_bound(names.begin(), names.end(), s.block) - names.begin()));
+  for (const uint64_t block : blocks)
+    index.push_back(size_t(std::lower_bound(names.begin(), names.end(), block) - names.begin()));
   return {index, names.size()};
 }
 
 }  // namespace
+
+std::vector<uint64_t> blocks_of(std::span<const Sample> samples) {
+  std::vector<uint64_t> out;
+  for (const Sample& s : samples) out.push_back(s.block);
+  return out;
+}
 
 double hit_rate(std::span<const Sample> samples, Weights weights) {
   int64_t hits = 0;
@@ -65,11 +70,11 @@ std::vector<double> error_quantiles(std::span<const Sample> samples, std::span<c
   return out;
 }
 
-double share_in_ellipse(std::span<const Sample> samples) {
+double share_in_ellipse(std::span<const Sample> samples, Weights weights) {
   int64_t hits = 0, inside = 0;
-  for (const Sample& s : samples) {
-    hits += s.hit;
-    inside += s.hit && s.in_ellipse;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    hits += samples[i].hit ? weight(weights, i) : 0;
+    inside += samples[i].hit && samples[i].in_ellipse ? weight(weights, i) : 0;
   }
   return share(double(inside), double(hits));
 }
@@ -120,12 +125,13 @@ Ranked::Oracle Ranked::oracle(double max_false, Weights weights) const {
   return {share(double(best), double(total(samples_, weights))), threshold};
 }
 
-double Ranked::auc() const {
+double Ranked::auc(Weights weights) const {
   double hits = 0, wrong = 0, wins = 0;
   for (size_t k = 0; k < order_.size();) {
     double equal_hits = 0, equal_wrong = 0;
     const double value = key(order_[k]);
-    for (; k < order_.size() && key(order_[k]) == value; ++k) (samples_[order_[k]].hit ? equal_hits : equal_wrong) += 1;
+    for (; k < order_.size() && key(order_[k]) == value; ++k)
+      (samples_[order_[k]].hit ? equal_hits : equal_wrong) += weight(weights, order_[k]);
     wins += equal_wrong * (hits + 0.5 * equal_hits);
     hits += equal_hits;
     wrong += equal_wrong;
@@ -160,23 +166,74 @@ Reliability reliability(std::span<const Sample> samples, Weights weights) {
   return out;
 }
 
-Intervals bootstrap(std::span<const Sample> samples, double threshold, int resamples, uint64_t seed) {
-  const auto [block, count] = blocks_of(samples);
-  if (count < 2) return {{kNan, kNan}, {kNan, kNan}, {kNan, kNan}, {kNan, kNan}};
-  const Ranked ranked(samples, Ranking::kProbability);
-  std::vector<double> hits, accepted, wrong, calibration;
-  std::vector<int> drawn(count), weights(samples.size());
+RankCorrelation::RankCorrelation(std::span<const double> a, std::span<const double> b)
+    : a_(ranking_of(a)), b_(ranking_of(b)) {}
+
+RankCorrelation::Ranking RankCorrelation::ranking_of(std::span<const double> values) {
+  Ranking out;
+  out.order.resize(values.size());
+  std::iota(out.order.begin(), out.order.end(), size_t(0));
+  std::stable_sort(out.order.begin(), out.order.end(), [&](size_t i, size_t k) { return values[i] < values[k]; });
+  for (size_t k = 0; k < out.order.size(); ++k)
+    out.ties.push_back(k > 0 && values[out.order[k]] == values[out.order[k - 1]]);
+  return out;
+}
+
+std::vector<double> RankCorrelation::ranks(const Ranking& ranking, Weights weights) {
+  std::vector<double> out(ranking.order.size());
+  double below = 0;
+  for (size_t k = 0; k < ranking.order.size();) {
+    const size_t first = k;
+    double equal = 0;
+    do equal += weight(weights, ranking.order[k]);
+    while (++k < ranking.order.size() && ranking.ties[k]);
+    for (size_t i = first; i < k; ++i) out[ranking.order[i]] = below + 0.5 * equal;
+    below += equal;
+  }
+  return out;
+}
+
+double RankCorrelation::value(Weights weights) const {
+  const std::vector<double> a = ranks(a_, weights), b = ranks(b_, weights);
+  double count = 0;
+  for (size_t i = 0; i < a.size(); ++i) count += weight(weights, i);
+  const double mean = 0.5 * count;  // of the ranks of either
+  double aa = 0, ab = 0, bb = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double w = weight(weights, i);
+    aa += w * (a[i] - mean) * (a[i] - mean);
+    ab += w * (a[i] - mean) * (b[i] - mean);
+    bb += w * (b[i] - mean) * (b[i] - mean);
+  }
+  return share(ab, std::sqrt(aa * bb));
+}
+
+std::vector<Interval> bootstrap(std::span<const uint64_t> blocks, std::span<const Figure> figures, int resamples,
+                                uint64_t seed) {
+  const auto [block, count] = numbered(blocks);
+  if (count < 2) return std::vector<Interval>(figures.size(), {kNan, kNan});
+  std::vector<std::vector<double>> values(figures.size());
+  std::vector<int> drawn(count), weights(blocks.size());
   for (int r = 0; r < resamples; ++r) {
     synth::Random random(synth::key(seed, uint64_t(r)));
     std::fill(drawn.begin(), drawn.end(), 0);
     for (size_t i = 0; i < count; ++i) ++drawn[size_t(synth::unit(random.word()) * double(count))];
-    for (size_t i = 0; i < samples.size(); ++i) weights[i] = drawn[block[i]];
-    hits.push_back(hit_rate(samples, weights));
-    accepted.push_back(ranked.oracle(0.01, weights).accept_rate);
-    wrong.push_back(at_threshold(samples, threshold, weights).false_rate);
-    calibration.push_back(reliability(samples, weights).calibration_error);
+    for (size_t i = 0; i < blocks.size(); ++i) weights[i] = drawn[block[i]];
+    for (size_t f = 0; f < figures.size(); ++f) values[f].push_back(figures[f](weights));
   }
-  return {interval_of(hits), interval_of(accepted), interval_of(wrong), interval_of(calibration)};
+  std::vector<Interval> out;
+  for (std::vector<double>& of_figure : values) out.push_back(interval_of(std::move(of_figure)));
+  return out;
+}
+
+Intervals bootstrap(std::span<const Sample> samples, double threshold, int resamples, uint64_t seed) {
+  const Ranked ranked(samples, Ranking::kProbability);
+  const std::array<Figure, 4> figures = {[&](Weights w) { return hit_rate(samples, w); },
+                                         [&](Weights w) { return ranked.oracle(0.01, w).accept_rate; },
+                                         [&](Weights w) { return at_threshold(samples, threshold, w).false_rate; },
+                                         [&](Weights w) { return reliability(samples, w).calibration_error; }};
+  const std::vector<Interval> all = bootstrap(blocks_of(samples), figures, resamples, seed);
+  return {all[0], all[1], all[2], all[3]};
 }
 
 }  // namespace landfix::eval

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Sample {
 /// How often each sample counts: one number per sample, or empty for once each.
 using Weights = std::span<const int>;
 
+/// Of every sample.
+std::vector<uint64_t> blocks_of(std::span<const Sample> samples);
+
 /// Of all samples, unanswered ones included. NaN without samples.
 double hit_rate(std::span<const Sample> samples, Weights weights = {});
 
@@ -29,7 +33,7 @@ double hit_rate(std::span<const Sample> samples, Weights weights = {});
 std::vector<double> error_quantiles(std::span<const Sample> samples, std::span<const double> shares);
 
 /// Share of hits with the truth in the stated 95 % ellipse; NaN without hits.
-double share_in_ellipse(std::span<const Sample> samples);
+double share_in_ellipse(std::span<const Sample> samples, Weights weights = {});
 
 /// Whether an error (east, north) lies in the ellipse that holds 95 % of a Gaussian: its squared Mahalanobis distance
 /// is at most 5.991, the 95 % quantile of chi-square with two degrees of freedom. False for a covariance that is not
@@ -65,7 +69,7 @@ class Ranked {
 
   /// Probability that a hit ranks above a false match, ties counting half (Mann and Whitney 1947); of answered samples;
   /// NaN unless there are both.
-  double auc() const;
+  double auc(Weights weights = {}) const;
 
  private:
   double key(size_t index) const;
@@ -89,19 +93,46 @@ struct Reliability {
 };
 Reliability reliability(std::span<const Sample> samples, Weights weights = {});
 
+/// Correlation of the ranks of two quantities (Spearman 1904), equal values sharing the mean of their ranks.
+class RankCorrelation {
+ public:
+  /// `a` and `b`: of one length, no NaN.
+  RankCorrelation(std::span<const double> a, std::span<const double> b);
+
+  /// -1 to 1; NaN where one of them has fewer than two different values.
+  double value(Weights weights = {}) const;
+
+ private:
+  struct Ranking {
+    std::vector<size_t> order;  ///< ascending
+    std::vector<bool> ties;     ///< of order[k]: equal to order[k - 1]
+  };
+  static Ranking ranking_of(std::span<const double> values);
+  static std::vector<double> ranks(const Ranking& ranking, Weights weights);
+  Ranking a_, b_;
+};
+
 /// A 95 % confidence interval.
 struct Interval {
   double low = 0, high = 0;
 };
 
+/// Something that is computed from weighted samples.
+using Figure = std::function<double(Weights)>;
+
+/// Percentile intervals of figures by a block bootstrap (Künsch 1989): whole blocks are drawn with replacement, since
+/// neighbouring samples show the same ground. `blocks`: of every sample. The same for the same seed. NaN for a single
+/// block, and where no resample has a value.
+std::vector<Interval> bootstrap(std::span<const uint64_t> blocks, std::span<const Figure> figures, int resamples = 1000,
+                                uint64_t seed = 1);
+
 struct Intervals {
   Interval hit_rate, accept_rate_1pct, false_rate, calibration_error;
 };
 
-/// Percentile intervals by a block bootstrap (Künsch 1989): whole blocks are drawn with replacement, since neighbouring
-/// samples show the same ground. `threshold`: of the gate for the false rate. `accept_rate_1pct`: oracle by
-/// probability. The same for the same seed. NaN for a single block, and where no resample has a value. Intervals of the
-/// calibration error lie somewhat high, as the error itself does: chance deviations count in it whatever their sign.
+/// The same of the figures of registration. `threshold`: of the gate for the false rate. `accept_rate_1pct`: oracle by
+/// probability. Intervals of the calibration error lie somewhat high, as the error itself does: chance deviations count
+/// in it whatever their sign.
 Intervals bootstrap(std::span<const Sample> samples, double threshold, int resamples = 1000, uint64_t seed = 1);
 
 }  // namespace landfix::eval

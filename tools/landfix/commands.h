@@ -12,6 +12,7 @@ void add_info(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_query(CLI::App& app);
 void add_export(CLI::App& app);
+void add_export_navigability(CLI::App& export_command);
 void add_keygen(CLI::App& app);
 void add_sign(CLI::App& app);
 void add_synth(CLI::App& app);
@@ -23,6 +24,7 @@ void add_train_roads(CLI::App& app);
 void add_train_objects(CLI::App& app);
 void add_landmarks(CLI::App& app);
 void add_eval_landmarks(CLI::App& eval_command);
+void add_eval_navigability(CLI::App& eval_command);
 void add_train(CLI::App& app);
 void add_classify(CLI::App& app);
 

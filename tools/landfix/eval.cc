@@ -12,7 +12,6 @@
 #include "tools/common/camera_model.h"
 #include "tools/common/drawing.h"
 #include "tools/common/files.h"
-#include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
 #include "tools/eval/map_picture.h"
 #include "tools/eval/pairs.h"
@@ -20,6 +19,7 @@
 #include "tools/eval/register.h"
 #include "tools/eval/register_picture.h"
 #include "tools/landfix/commands.h"
+#include "tools/landfix/eval_shared.h"
 
 namespace landfix::tools {
 namespace {
@@ -27,48 +27,9 @@ namespace {
 using nlohmann::ordered_json;
 constexpr double kRadians = std::numbers::pi / 180;
 
-/// Every raster layer of a pack, ready to be read from all threads: what is compressed is decoded here.
-void prepare_rasters(const Pack& pack, const std::string& path) {
-  const lf_info info = pack.info();
-  for (const nav::Method method : nav::kMethods) {
-    const Result<uint32_t> layer = pack.find_layer(nav::name_of(method));  // layers bear the matchers' names
-    if (!layer) continue;
-    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
-      const Result<Region> region =
-          pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
-      if (region) check(pack.prepare(*region), path);
-    }
-  }
-}
-
-eval::MapFrame frame_of(const Pack& pack, const std::string& path) {
-  const lf_info info = pack.info();
-  const std::pair<double, double> range = eval::raster_levels(nav::PackMap(pack));
-  if (range.first == 0)
-    throw Error(ExitCode::kNoData, path +
-                                       ": the pack has none of the layers gray, edge, contour and orientation; build "
-                                       "it with one of them");
-  return {path, zone_of(pack), {info.west_m, info.south_m, info.east_m, info.north_m}, range};
-}
-
-/// Options that all evaluations of registration share.
-struct Output {
-  std::string json_file, samples_csv, picture;
-};
-
 nav::Gate gate_named(const std::string& name) {
   if (name == "none") return nav::Gate::kNone;
   return name == "strict" ? nav::Gate::kStrict : nav::Gate::kStandard;
-}
-
-/// Text for people on standard output; JSON there instead where it is asked for as "-".
-void write_results(const Output& o, const std::string& text, const ordered_json& json) {
-  if (o.json_file == "-") {
-    fmt::print("{}\n", json.dump(2));
-    return;
-  }
-  fmt::print("{}", text);
-  if (!o.json_file.empty()) write_text(o.json_file, json.dump(2) + "\n");
 }
 
 struct RegisterArguments {
@@ -77,7 +38,7 @@ struct RegisterArguments {
   eval::RegisterOptions options;
   double rotate_deg = 0;
   std::string gate = "standard";
-  Output output;
+  EvalOutput output;
 };
 
 ordered_json options_json(const RegisterArguments& a) {
@@ -131,7 +92,7 @@ struct PairsArguments {
   std::vector<std::string> matchers = {"all"};
   eval::PairsOptions options;
   std::string gate = "standard";
-  Output output;
+  EvalOutput output;
 };
 
 void run_pairs(PairsArguments a) {
@@ -159,7 +120,7 @@ struct PhotosArguments {
   double heading_sigma_deg = 5;
   std::vector<double> prior_offset = {0, 0};
   std::string matcher = "auto", gate = "standard";
-  Output output;
+  EvalOutput output;
 };
 
 void run_photos(PhotosArguments a) {
@@ -184,23 +145,6 @@ void run_photos(PhotosArguments a) {
                          {"gate", a.gate}}}};
   json.update(eval::to_json(photos, frame.zone));
   write_results(a.output, eval::to_text(photos), json);
-}
-
-void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "Threads; 0 for all cores")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-}
-
-void add_output(CLI::App& command, Output& o) {
-  command
-      .add_flag("--json{-}", o.json_file,
-                "All figures as JSON instead of the table; with a file they go there, besides the table")
-      ->type_name("FILE");
-}
-
-void add_samples(CLI::App& command, Output& o) {
-  command.add_option("--samples-csv", o.samples_csv, "Write a line per sample to this file")->type_name("FILE");
 }
 
 void add_matcher(CLI::App& command, std::vector<std::string>& matchers, std::string& gate) {
@@ -359,6 +303,8 @@ Examples:
       images of the same places at two dates, without a map
   landfix eval photos --map park.lfpack DJI_*.JPG --picture park.png
       photographs with position and attitude in their tags
+  landfix eval navigability --map area.lfpack --camera 2018.tif
+      how well the map says beforehand where that will succeed
 
 'landfix eval COMMAND --help' shows a command's options.
 )");
@@ -367,6 +313,7 @@ Examples:
   add_photos(*sub);
   add_eval_roads(*sub);
   add_eval_landmarks(*sub);
+  add_eval_navigability(*sub);
 }
 
 }  // namespace landfix::tools

@@ -1,6 +1,7 @@
-// landfix export: landmarks and roads of a pack as a file for GIS programs.
+// landfix export: landmarks and roads of a pack as a file for GIS programs, and its subcommands.
 #include <fmt/format.h>
 
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -31,19 +32,28 @@ void export_layer(const ExportOptions& o) {
 
 void add_export(CLI::App& app) {
   auto o = std::make_shared<ExportOptions>();
-  CLI::App* c = app.add_subcommand("export", "Write landmarks or roads of a pack as GeoPackage or GeoJSON");
-  c->add_option("pack", o->pack, "the pack")->required();
-  c->add_option("--layer", o->layer, "landmarks, roads or intersections")->required();
-  c->add_option("-o,--output", o->output, ".gpkg: on the pack's grid; .geojson: in degrees, with a .qml beside it")
-      ->required();
+  CLI::App* c = app.add_subcommand("export", "Write landmarks, roads or navigability of a pack as files");
+  // Required, but not where a subcommand has options of its own.
+  const std::array<CLI::Option*, 3> required = {
+      c->add_option("pack", o->pack, "the pack"),
+      c->add_option("--layer", o->layer, "landmarks, roads or intersections"),
+      c->add_option("-o,--output", o->output,
+                    ".gpkg: on the pack's grid; .geojson: in degrees, with a .qml beside it")};
   c->add_option("--key", o->keys, "trusted public key file")->allow_extra_args(false);
   c->add_flag("--json", o->json, "print JSON");
   c->footer(
       "Examples:\n"
       "  landfix export area.lfpack --layer landmarks -o landmarks.gpkg\n"
-      "  landfix export area.lfpack --layer roads -o roads.geojson\n\n"
+      "  landfix export area.lfpack --layer roads -o roads.geojson\n"
+      "  landfix export navigability area.lfpack -o navigability.png\n\n"
       "QGIS takes the style from the file, or from the .qml beside it.");
-  c->callback([o] { export_layer(*o); });
+  add_export_navigability(*c);
+  c->callback([o, c, required] {
+    if (!c->get_subcommands().empty()) return;
+    for (const CLI::Option* option : required)
+      if (option->empty()) throw CLI::RequiredError(option->get_name());
+    export_layer(*o);
+  });
 }
 
 }  // namespace landfix::tools

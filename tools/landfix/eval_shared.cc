@@ -1,0 +1,64 @@
+#include "tools/landfix/eval_shared.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "builder/error.h"
+#include "runtime/nav/pack_map.h"
+#include "tools/common/files.h"
+#include "tools/common/manifest_json.h"
+#include "tools/common/open_pack.h"
+
+namespace landfix::tools {
+
+void prepare_rasters(const Pack& pack, const std::string& path) {
+  const lf_info info = pack.info();
+  for (const nav::Method method : nav::kMethods) {
+    const Result<uint32_t> layer = pack.find_layer(nav::name_of(method));  // layers bear the matchers' names
+    if (!layer) continue;
+    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
+      const Result<Region> region =
+          pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
+      if (region) check(pack.prepare(*region), path);
+    }
+  }
+}
+
+eval::MapFrame frame_of(const Pack& pack, const std::string& path) {
+  const lf_info info = pack.info();
+  const std::pair<double, double> range = eval::raster_levels(nav::PackMap(pack));
+  if (range.first == 0)
+    throw Error(ExitCode::kNoData, path +
+                                       ": the pack has none of the layers gray, edge, contour and orientation; build "
+                                       "it with one of them");
+  return {path, zone_of(pack), {info.west_m, info.south_m, info.east_m, info.north_m}, range};
+}
+
+void write_results(const EvalOutput& o, const std::string& text, const nlohmann::ordered_json& json) {
+  if (o.json_file == "-") {
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{}", text);
+  if (!o.json_file.empty()) write_text(o.json_file, json.dump(2) + "\n");
+}
+
+void add_threads(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "Threads; 0 for all cores")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+void add_output(CLI::App& command, EvalOutput& o) {
+  command
+      .add_flag("--json{-}", o.json_file,
+                "All figures as JSON instead of the table; with a file they go there, besides the table")
+      ->type_name("FILE");
+}
+
+void add_samples(CLI::App& command, EvalOutput& o) {
+  command.add_option("--samples-csv", o.samples_csv, "Write a line per sample to this file")->type_name("FILE");
+}
+
+}  // namespace landfix::tools
