@@ -98,9 +98,7 @@ void refuse_other_crs(const JsonNode& root) {
 
 }  // namespace
 
-void read_geojson(Mission& mission) {
-  const JsonDocument document(mission.text, mission.file);
-  const JsonNode root = document.root();
+void read_geojson(const JsonNode& root, Mission& mission) {
   refuse_other_crs(root);
   Walk walk;
   const std::string& type = root.at("type").text();

@@ -44,11 +44,10 @@ Line track_of(const CPLXMLNode* element, const std::string& file) {
 
 }  // namespace
 
-void read_gpx(Mission& mission) {
-  const XmlDocument document(mission.text, mission.file);
+void read_gpx(const CPLXMLNode* root, Mission& mission) {
   LooseEnds routes, tracks;
   size_t waypoints = 0;
-  for (const CPLXMLNode* child = first_element(document.root()); child; child = next_element(child)) {
+  for (const CPLXMLNode* child = first_element(root); child; child = next_element(child)) {
     const std::string name = local_name(child);
     if (name == "rte") routes.lines.push_back(route_of(child, mission.file));
     if (name == "trk") tracks.lines.push_back(track_of(child, mission.file));

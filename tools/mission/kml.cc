@@ -102,10 +102,9 @@ void visit(const CPLXMLNode* parent, int depth, Walk& walk) {
 
 }  // namespace
 
-void read_kml(Mission& mission) {
-  const XmlDocument document(mission.text, mission.file);
+void read_kml(const CPLXMLNode* root, Mission& mission) {
   Walk walk{mission, {}, 0, 0, ""};
-  visit(document.root(), 0, walk);
+  visit(root, 0, walk);
   if (walk.polygons > 0)
     mission.notes.push_back({0, fmt::format("{} polygons are not part of the route", walk.polygons)});
   take_route(walk.found, "line", mission);

@@ -214,9 +214,7 @@ void read_home(const JsonNode& triple, Mission& mission) {
 
 }  // namespace
 
-void read_plan(Mission& mission) {
-  const JsonDocument document(mission.text, mission.file);
-  const JsonNode root = document.root();
+void read_plan(const JsonNode& root, Mission& mission) {
   expect_version(root, 1, 1);
   const JsonNode node = root.at("mission");
   expect_version(node, 2, 2);

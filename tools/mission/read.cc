@@ -22,37 +22,51 @@ constexpr const char* kKnown = "a QGroundControl .plan, QGC WPL, GPX, GeoJSON or
   throw Error(ExitCode::kBadInput, fmt::format("{}: expected {}, found {}; {}", name, kKnown, found, advice));
 }
 
-Format json_format(const std::string& text, const std::string& name) {
-  const JsonDocument document(text, name);
+void read_json(Mission& mission) {
+  const JsonDocument document(mission.text, mission.file);
   const JsonNode root = document.root();
-  if (const auto type = root.find("fileType")) {
-    if (type->text() == "Plan") return Format::kPlan;
-    refuse(name, fmt::format("a file of type \"{}\"", type->text().substr(0, 40)),
+  const auto file_type = root.find("fileType");
+  if (file_type && file_type->text() == "Plan") {
+    mission.format = Format::kPlan;
+    read_plan(root, mission);
+  } else if (file_type) {
+    refuse(mission.file, fmt::format("a file of type \"{}\"", file_type->text().substr(0, 40)),
            "open it in QGroundControl and save it as a plan");
+  } else if (root.find("type")) {
+    mission.format = Format::kGeoJson;
+    read_geojson(root, mission);
+  } else {
+    refuse(mission.file, "JSON of another kind", "open it in the program it comes from and export one of these");
   }
-  if (root.find("type")) return Format::kGeoJson;
-  refuse(name, "JSON of another kind", "open it in the program it comes from and export one of these");
 }
 
-Format xml_format(const std::string& text, const std::string& name) {
-  const XmlDocument document(text, name);
+void read_xml(Mission& mission) {
+  const XmlDocument document(mission.text, mission.file);
   const std::string root = local_name(document.root());
-  if (root == "gpx") return Format::kGpx;
-  if (root == "kml") return Format::kKml;
-  refuse(name, fmt::format("XML with <{}>", root.substr(0, 40)), "export one of these");
+  if (root == "gpx") {
+    mission.format = Format::kGpx;
+    read_gpx(document.root(), mission);
+  } else if (root == "kml") {
+    mission.format = Format::kKml;
+    read_kml(document.root(), mission);
+  } else {
+    refuse(mission.file, fmt::format("XML with <{}>", root.substr(0, 40)), "export one of these");
+  }
 }
 
-Format format_of(const std::string& text, const std::string& name) {
+void read_any(Mission& mission) {
+  const std::string &text = mission.text, &name = mission.file;
   if (text.rfind("PK\x03\x04", 0) == 0) {
     refuse(name, "a zip archive", "a KMZ file holds a KML file: unpack it and give that");
   }
   if (text.find('\0') != std::string::npos) refuse(name, "bytes that are no UTF-8 text", "export it as text");
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) refuse(name, "an empty file", "check where it was copied from");
-  if (text[first] == '{') return json_format(text, name);
-  if (text[first] == '<') return xml_format(text, name);
-  if (text.compare(first, 7, "QGC WPL") == 0) return Format::kWaypoints;
-  refuse(name, "text of another kind", "check the name");
+  if (text[first] == '{') return read_json(mission);
+  if (text[first] == '<') return read_xml(mission);
+  if (text.compare(first, 7, "QGC WPL") != 0) refuse(name, "text of another kind", "check the name");
+  mission.format = Format::kWaypoints;
+  read_waypoints(mission);
 }
 
 void refuse_empty(const Mission& mission) {
@@ -73,25 +87,8 @@ Mission parse_mission(std::string text, const std::string& name) {
   if (text.rfind(kByteOrderMark, 0) == 0) text.erase(0, 3);
   Mission mission;
   mission.file = name;
-  mission.format = format_of(text, name);
   mission.text = std::move(text);
-  switch (mission.format) {
-    case Format::kPlan:
-      read_plan(mission);
-      break;
-    case Format::kWaypoints:
-      read_waypoints(mission);
-      break;
-    case Format::kGpx:
-      read_gpx(mission);
-      break;
-    case Format::kGeoJson:
-      read_geojson(mission);
-      break;
-    case Format::kKml:
-      read_kml(mission);
-      break;
-  }
+  read_any(mission);
   refuse_empty(mission);
   return mission;
 }
