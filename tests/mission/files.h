@@ -18,7 +18,8 @@ inline const std::string kPlanText = R"plan({
     "geoFence": {
         "breachReturn": [47.1, 8.1, 50],
         "circles": [{"circle": {"center": [47.12, 8.12], "radius": 250.5}, "inclusion": false, "version": 1}],
-        "polygons": [{"inclusion": true, "polygon": [[47.0, 8.0], [47.0, 8.2], [47.2, 8.2], [47.2, 8.0]], "version": 1}],
+        "polygons": [{"inclusion": true, "polygon": [[47.0, 8.0], [47.0, 8.2], [47.2, 8.2], [47.2, 8.0]],
+                      "version": 1}],
         "version": 2
     },
     "groundStation": "QGroundControl",
@@ -57,8 +58,10 @@ inline const std::string kPlanText = R"plan({
             {"CorridorWidth": 50, "EntryPoint": 0, "TransectStyleComplexItem": {
                 "CameraCalc": {"DistanceMode": 2, "DistanceToSurface": 640.5, "version": 2}, "Items": [],
                 "VisualTransectPoints": [[47.13, 8.13], [47.14, 8.13]], "version": 2},
-             "complexItemType": "CorridorScan", "polyline": [[47.13, 8.13], [47.14, 8.13]], "type": "ComplexItem", "version": 2},
-            {"EntranceAlt": 60, "complexItemType": "StructureScan", "polygon": [[47.14, 8.14]], "type": "ComplexItem", "version": 3},
+             "complexItemType": "CorridorScan", "polyline": [[47.13, 8.13], [47.14, 8.13]], "type": "ComplexItem",
+             "version": 2},
+            {"EntranceAlt": 60, "complexItemType": "StructureScan", "polygon": [[47.14, 8.14]], "type": "ComplexItem",
+             "version": 3},
             {"autoContinue": true, "command": 177, "doJumpId": 10, "frame": 2, "params": [3, 2, 0, 0, 0, 0, 0],
              "type": "SimpleItem"},
             {"altitudesAreRelative": true, "complexItemType": "fwLandingPattern", "landCoordinate": [47.1, 8.1, 0],

@@ -88,8 +88,8 @@ struct Note {
   std::string text;
 };
 
-/// What a file says. `item` counts from 0: entries of mission.items (.plan), lines after the header (WPL), points of
-/// the route (GPX), features (GeoJSON), placemarks (KML).
+/// What a file says. `item` counts from 0: entries of mission.items (.plan), lines after the header (WPL), features
+/// (GeoJSON), placemarks (KML), waypoints (GPX, where a route or track is item 0).
 struct Mission {
   std::string file;  ///< name, for messages
   Format format = Format::kPlan;
