@@ -17,8 +17,7 @@ XmlDocument::XmlDocument(const std::string& text, const std::string& file) : tre
   const ingest::GdalMessages messages;
   tree_.reset(CPLParseXMLString(text.c_str()));
   for (root_ = element_from(tree_.get()); root_ && root_->pszValue[0] == '?';) root_ = next_element(root_);
-  // The parser returns what it has read even where it then fails.
-  if (!root_ || messages.failed()) {
+  if (!root_) {
     throw Error(ExitCode::kBadInput,
                 fmt::format("{}: expected XML, found: {}; the file is cut off or damaged: copy it "
                             "or export it again",
