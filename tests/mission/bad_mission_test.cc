@@ -68,12 +68,28 @@ TEST(BadPlan, Truncated) {
 TEST(BadPlan, Versions) {
   EXPECT_REFUSED(edited(kPlanText, "\"version\": 1\n}", "\"version\": 2\n}"), "expected version 1, found 2");
   EXPECT_REFUSED(edited(kPlanText, "\"vehicleType\": 1,\n        \"version\": 2", "\"version\": 3"),
-                 "mission: expected version 2, found 3; open it in a current QGroundControl");
+                 "mission: expected version 2, found 3; it is newer than this program");
   EXPECT_REFUSED(
       edited(kPlanText, "\"version\": 1}],\n        \"version\": 2", "\"version\": 1}],\n        \"version\": 9"),
       "geoFence: expected version 2, found 9");
   EXPECT_REFUSED(edited(kPlanText, "30]], \"version\": 2", "30]], \"version\": 3"),
                  "rallyPoints: expected version 2, found 3");
+}
+
+TEST(BadPlan, VersionsOfComplexItems) {
+  const std::string newer = "it is newer than this program", older = "open it in a current QGroundControl";
+  EXPECT_REFUSED(edited(kPlanText, "\"version\": 5", "\"version\": 6"),
+                 "items[4]: expected version 5, found 6; " + newer);
+  EXPECT_REFUSED(edited(kPlanText, "\"version\": 5", "\"version\": 3"),
+                 "items[4]: expected version 5, found 3; " + older);
+  EXPECT_REFUSED(edited(kPlanText, "[47.12, 8.13]], \"version\": 2", "[47.12, 8.13]], \"version\": 3"),
+                 "items[4].TransectStyleComplexItem: expected version 2, found 3; " + newer);
+  EXPECT_REFUSED(
+      edited(kPlanText, "\"ComplexItem\",\n             \"version\": 2", "\"ComplexItem\",\n \"version\": 1"),
+      "items[5]: expected version 2, found 1; " + older);
+  EXPECT_REFUSED(edited(kPlanText, "\"useLoiterToAlt\": true, \"version\": 2", "\"version\": 3"),
+                 "items[8]: expected version 2, found 3; " + newer);
+  EXPECT_REFUSED(edited(kPlanText, "fwLanding", "vtolLanding"), "items[8]: expected version 1, found 2; " + newer);
 }
 
 TEST(BadPlan, TypesAndMissingKeys) {

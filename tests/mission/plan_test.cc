@@ -91,6 +91,17 @@ TEST_F(Plan, LandingPatternCirclesDownThenLands) {
   EXPECT_EQ(landing.action, Action::kLand);
 }
 
+/// Of a VTOL (version 1), and straight in rather than circled down.
+TEST_F(Plan, LandingPatternStraightIn) {
+  std::string text = edited(kPlanText, "fwLanding", "vtolLanding");
+  text = edited(text, "\"useLoiterToAlt\": true, \"version\": 2", "\"useLoiterToAlt\": false, \"version\": 1");
+  const Mission straight =
+      parse_mission(edited(text, "\"altitudesAreRelative\": true", "\"altitudesAreRelative\": false"), "mission file");
+  EXPECT_EQ(straight.waypoints[8].place, place(47.105, 8.105, 40, kSeaLevel));
+  EXPECT_EQ(straight.waypoints[8].action, Action::kPass);
+  EXPECT_EQ(straight.waypoints[9].action, Action::kLand);
+}
+
 TEST_F(Plan, StructureScanIsNotedNotInvented) {
   ASSERT_EQ(mission_.notes.size(), 1u);
   EXPECT_EQ(mission_.notes[0].item, 6u);

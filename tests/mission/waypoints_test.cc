@@ -72,6 +72,13 @@ TEST(Waypoints, HomeNotKnown) {
   EXPECT_TRUE(says(mission.notes[1].text, "line 8: command 20 has no position"));
 }
 
+/// What stands in item 0 with a height above home is home all the same, of no known height.
+TEST(Waypoints, HomeWithHeightAboveItself) {
+  const Mission mission = parse_mission(edited(kWaypointsText, "0\t1\t0\t16", "0\t1\t3\t16"), "mission file");
+  ASSERT_TRUE(mission.home);
+  EXPECT_EQ(*mission.home, place(47.1, 8.1, 0, kNone));
+}
+
 TEST(Waypoints, LandingAndLoiteringWithoutPositionAreWhereTheVehicleIs) {
   const Mission mission =
       parse_mission(file_of({kNorth, "3 19 30 0 -40 0 0 0 60", "3 21 0 0 0 0 nan nan 0"}), "mission file");

@@ -24,7 +24,8 @@ AltitudeReference reference_of_mode(long mode) {
 void expect_version(const JsonNode& node, long first, long last) {
   const long version = node.at("version").integer();
   if (version >= first && version <= last) return;
-  node.refuse(fmt::format("version {}", last), std::to_string(version), kSaveAgain);
+  node.refuse(fmt::format("version {}", last), std::to_string(version),
+              version < first ? kSaveAgain : "it is newer than this program: save it with an older QGroundControl");
 }
 
 Position position_of(const JsonNode& pair) {
@@ -88,6 +89,7 @@ Altitude survey_altitude(const JsonNode& transects) {
 void add_transects(const JsonNode& node, size_t index, Route& route, Mission& mission) {
   const auto transects = node.find("TransectStyleComplexItem");
   if (!transects) node.refuse("\"TransectStyleComplexItem\"", "none", kSaveAgain);
+  if (transects->find("version")) expect_version(*transects, 0, 2);  // the first had none
   const Altitude altitude = survey_altitude(*transects);
   const size_t before = mission.waypoints.size();
   size_t count = 0;
@@ -134,9 +136,15 @@ void add_landing(const JsonNode& node, size_t index, bool vtol, Route& route) {
 
 void add_complex(const JsonNode& node, size_t index, Route& route, Mission& mission) {
   const std::string& type = node.at("complexItemType").text();
-  if (type == "survey" || type == "CorridorScan") return add_transects(node, index, route, mission);
-  if (type == "fwLandingPattern") return add_landing(node, index, false, route);
-  if (type == "vtolLandingPattern") return add_landing(node, index, true, route);
+  if (type == "survey" || type == "CorridorScan") {
+    expect_version(node, type == "survey" ? 4 : 2, type == "survey" ? 5 : 2);
+    return add_transects(node, index, route, mission);
+  }
+  if (type == "fwLandingPattern" || type == "vtolLandingPattern") {
+    const bool vtol = type == "vtolLandingPattern";
+    expect_version(node, 1, vtol ? 1 : 2);
+    return add_landing(node, index, vtol, route);
+  }
   mission.notes.push_back(
       {index, fmt::format("{}: a plan does not hold the path of a complex item of type \"{}\": it is "
                           "kept, but not part of the route",

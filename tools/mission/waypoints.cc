@@ -75,8 +75,9 @@ void read_waypoints(Mission& mission) {
     // Version 110 has home in item 0 (as QGroundControl and Mission Planner read it), often as 0, 0 where unknown.
     if (index == 0 && file.header == "QGC WPL 110" && item.command == kWaypointCommand) {
       if (item.params[4] == 0 && item.params[5] == 0) continue;
-      mission.home = Place{checked_position(mission.file, item.where, item.params[4], item.params[5]),
-                           {item.params[6], AltitudeReference::kSeaLevel}};
+      mission.home = Place{checked_position(mission.file, item.where, item.params[4], item.params[5]), {}};
+      // Some programs put their first waypoint here, with its height above home.
+      if (item.frame == kGlobalFrame) mission.home->altitude = {item.params[6], AltitudeReference::kSeaLevel};
       continue;
     }
     route.mark(static_cast<long>(index));
