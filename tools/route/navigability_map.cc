@@ -35,8 +35,12 @@ std::string word(Reason reason, const std::optional<Repeat>& repeat) {
       return "strong relief";
     case kDatesDisagree:
       return "dates disagree";
+    case kOneDate:
+      return "one date alone";
     case kOldMap:
       return "old map";
+    case kPartlyOffMap:
+      return "partly off the map";
   }
   return {};
 }
@@ -45,7 +49,7 @@ std::string word(Reason reason, const std::optional<Repeat>& repeat) {
 
 std::string words(uint32_t reasons, const std::optional<Repeat>& repeat) {
   std::string text;
-  for (uint32_t bit = kOffMap; bit <= kOldMap; bit <<= 1) {
+  for (uint32_t bit = kOffMap; bit <= kPartlyOffMap; bit <<= 1) {
     if (!(reasons & bit)) continue;
     if (!text.empty()) text += ", ";
     text += word(Reason(bit), repeat);

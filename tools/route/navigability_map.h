@@ -13,7 +13,7 @@ namespace landfix::route {
 /// Why a place is poor; bits of Navigability::reasons. The order is that of the words: the more telling first.
 enum Reason : uint32_t {
   kOffMap = 1 << 0,
-  kNoImage = 1 << 1,
+  kNoImage = 1 << 1,  ///< the map knows nothing of the place
   kTooLow = 1 << 2,  ///< the camera sees too little ground
   kWater = 1 << 3,
   kUniformField = 1 << 4,
@@ -22,7 +22,9 @@ enum Reason : uint32_t {
   kShadow = 1 << 7,
   kStrongRelief = 1 << 8,
   kDatesDisagree = 1 << 9,
-  kOldMap = 1 << 10,
+  kOneDate = 1 << 10,  ///< nothing to compare with
+  kOldMap = 1 << 11,
+  kPartlyOffMap = 1 << 12,
 };
 
 /// A pattern that looks the same so far away.
