@@ -24,6 +24,7 @@
 #include "builder/layers/stack.h"
 #include "builder/layers/window.h"
 #include "builder/map_features.h"
+#include "builder/map_navigability.h"
 #include "builder/plan.h"
 
 namespace landfix {
@@ -34,7 +35,8 @@ using catalog::FinishedTile;
 using catalog::Job;
 using schema::TileRecord;
 
-constexpr char kSourceStage[] = "source", kHalvedStage[] = "halved", kVectorStage[] = "vectors";
+constexpr char kSourceStage[] = "source", kHalvedStage[] = "halved", kVectorStage[] = "vectors",
+               kNavigabilityStage[] = "navigability";
 constexpr size_t kParentsPerJob = 16;
 constexpr double kBlockPixels =
     double(tiles::kTilePixels << layers::kBlockLog2) * (tiles::kTilePixels << layers::kBlockLog2);
@@ -61,6 +63,7 @@ class Run {
     for (const auto& entry : plan_.halved) make_halved_tiles(entry.first, entry.second);
     make_levels();
     make_vector_tiles();
+    make_navigability_tiles();
   }
   double megapixels() const { return megapixels_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -75,13 +78,14 @@ class Run {
   ingest::Stack read_halved(const tiles::PixelRect& rect, const EpochRecords& records) const;
   std::vector<Work> blocks_to_do(const char* stage, int level) const;
   bool searches(int level) const { return level == kFeatureLevel && (plan_.find_landmarks || plan_.find_roads); }
-  int halo_of(const std::vector<size_t>& layer_indices, bool searched) const;
+  int halo_of(const std::vector<size_t>& layer_indices, int level, bool searched) const;
   std::vector<FinishedTile> tiles_of_block(const layers::SourceWindow& window, const tiles::TileIndex& block,
                                            const std::vector<size_t>& layer_indices) const;
   void add_halved(const ingest::Stack& images, const tiles::TileIndex& block, std::vector<FinishedTile>& out) const;
   void make_levels();
   void make_level(const LayerPlan& layer, int level);
   void make_vector_tiles();
+  void make_navigability_tiles();
   FinishedTile parent_tile(const LayerPlan& layer, int level, std::span<const TileRecord> children) const;
   FinishedTile encode(const LayerPlan& layer, const tiles::TileIndex& tile, const layers::TileData& data) const;
   layers::TileData decode(const LayerPlan& layer, const TileRecord& record) const;
@@ -155,8 +159,8 @@ void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices)
   progress_.end();
 }
 
-int Run::halo_of(const std::vector<size_t>& layer_indices, bool searched) const {
-  int halo_px = searched ? feature_halo_px() : 0;
+int Run::halo_of(const std::vector<size_t>& layer_indices, int level, bool searched) const {
+  int halo_px = std::max(searched ? feature_halo_px() : 0, navigability_halo_px(plan_, level));
   for (const size_t i : layer_indices) halo_px = std::max(halo_px, plan_.layers[i].info().halo_px);
   return halo_px;
 }
@@ -169,13 +173,15 @@ std::vector<FinishedTile> Run::source_tiles(const tiles::TileIndex& block, int l
   const bool searched = level == plan_.image_level && searches(level);
   const bool halves = level == plan_.image_level && plan_.halved.contains(level + 1);
   layers::SourceWindow window;
-  window.rect = window.images.rect = window_of(plan_, block, level, halo_of(layer_indices, searched));
-  if (needs(layers::Input::kImages) || searched || halves) window.images = plan_.images->read(window.rect);
+  window.rect = window.images.rect = window_of(plan_, block, level, halo_of(layer_indices, level, searched));
+  const bool judged = level == plan_.image_level && navigability_halo_px(plan_, level) > 0;
+  if (needs(layers::Input::kImages) || searched || halves || judged) window.images = plan_.images->read(window.rect);
   window.gray = layers::newest(window.images, window.rect, 1);
   if (needs(layers::Input::kHeights)) window.heights = plan_.elevation->read(window.rect);
   std::vector<FinishedTile> out = tiles_of_block(window, block, layer_indices);
   if (halves) add_halved(window.images, block, out);
   if (searched) std::ranges::move(find_features(plan_, window.images, block), std::back_inserter(out));
+  std::ranges::move(judge_places(plan_, window.images, block), std::back_inserter(out));
   return out;
 }
 
@@ -233,12 +239,13 @@ void Run::make_halved_tiles(int level, const std::vector<size_t>& layer_indices)
   run_jobs(work, [&](const Work& w) {
     const tiles::TileIndex block = tiles::tile_of_key(level + layers::kBlockLog2, w.job.key);
     layers::SourceWindow window;
-    window.rect = layers::grown(layers::pixels_of(block, level), halo_of(layer_indices, searches(level)));
+    window.rect = layers::grown(layers::pixels_of(block, level), halo_of(layer_indices, level, searches(level)));
     window.images = read_halved(window.rect, records);
     window.gray = layers::newest(window.images, window.rect, 1);
     std::vector<FinishedTile> out = tiles_of_block(window, block, layer_indices);
     if (plan_.halved.contains(level + 1)) add_halved(window.images, block, out);
     if (searches(level)) std::ranges::move(find_features(plan_, window.images, block), std::back_inserter(out));
+    std::ranges::move(judge_places(plan_, window.images, block), std::back_inserter(out));
     return out;
   });
   progress_.end();
@@ -310,6 +317,15 @@ void Run::make_vector_tiles() {
   for (const std::string& warning : warnings_) progress_.say("warning: " + warning);
 }
 
+// One job, after that of the landmarks that it counts.
+void Run::make_navigability_tiles() {
+  if (plan_.footprints.empty()) return;
+  progress_.begin("navigability", "passes", 1);
+  run_jobs({{{kNavigabilityStage, tiles::kNavigabilityLevel, 0}, 1}},
+           [&](const Work&) { return link_navigability(plan_, catalog_); });
+  progress_.end();
+}
+
 // Without data where the children leave none.
 FinishedTile Run::parent_tile(const LayerPlan& layer, int level, std::span<const TileRecord> children) const {
   std::array<layers::TileData, 4> quadrants;
@@ -379,7 +395,8 @@ exporter::PackDescription collect(const Plan& plan, const Catalog& catalog, std:
   for (size_t i = plan.layers.size(); i < pack.layers.size(); ++i) {
     exporter::PackLevel& level = pack.layers[i].levels.front();
     level.tiles = catalog.tiles(pack.layers[i].name, level.level);
-    summary.push_back({pack.layers[i].name, tiles::Codec::kVector, {}});
+    const bool raster = pack.layers[i].content == exporter::VectorContent::kNone;
+    summary.push_back({pack.layers[i].name, raster ? tiles::Codec::kZstd : tiles::Codec::kVector, {}});
     add_summary(level, summary.back());
   }
   return pack;
@@ -462,6 +479,7 @@ BuildSummary run(const BuildOptions& options, Progress& progress, const Plan& pl
         "the inputs hold no data inside the area: nothing to write; check --aoi or --bbox and the images' nodata");
   }
   summary.features = text_of_features(plan, catalog);
+  std::ranges::move(text_of_navigability(plan, catalog), std::back_inserter(summary.features));
   const exporter::PackStatistics statistics = merge(options, progress, pack, catalog);
   catalog.remove();
   summary.zone = plan.images->zone();

@@ -17,6 +17,7 @@
 #include "builder/progress.h"
 #include "tiles/codec.h"
 #include "tiles/geodesy.h"
+#include "tiles/navigability.h"
 
 namespace landfix {
 
@@ -30,6 +31,7 @@ struct BuildOptions {
   std::string bbox;  ///< "W,S,E,N" in degrees
   std::optional<tiles::Zone> zone;             ///< absent: the standard zone of the images' centre
   std::optional<double> gsd_m;                 ///< a power of two; absent: the one nearest to the finest image's
+  std::vector<tiles::Footprint> footprints;    ///< that navigability is judged for, a layer each; of imagery up to 16 m
   std::string set;                             ///< of layers (see layer_set.h); empty: "all"
   std::vector<std::string> layers;             ///< names from the registry, "landmarks" and "roads", instead of a set
   std::map<std::string, tiles::Codec> codecs;  ///< by layer, instead of the set's or the layer's own

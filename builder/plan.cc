@@ -15,12 +15,15 @@
 #include "builder/ingest/zone.h"
 #include "builder/layers/registry.h"
 #include "builder/layers/window.h"
+#include "builder/map_navigability.h"
 
 namespace landfix {
 namespace {
 
 using layers::Input;
 using layers::LevelRule;
+
+constexpr int kCoarsestView_px = 16;  // a smaller view says next to nothing
 
 int image_level_of(const BuildOptions& options, const ingest::ImageSet& images) {
   if (!options.gsd_m) return images.derived_level();
@@ -242,6 +245,23 @@ void choose_vector_layers(const BuildOptions& options, Plan& plan) {
   for (int level = plan.image_level + 1; level <= kFeatureLevel; ++level) plan.halved[level];
 }
 
+void choose_footprints(const BuildOptions& options, Plan& plan) {
+  for (const tiles::Footprint& f : options.footprints) {
+    if (std::ranges::count(plan.footprints, f) > 0) continue;
+    const int level = matched_level(f, plan.image_level);
+    if (tiles::gsd_of(level) * kCoarsestView_px > f.template_m)
+      throw Error(
+          ExitCode::kUsage,
+          fmt::format(
+              "--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m or more",
+              f.template_m, f.search_m, f.template_m, kCoarsestView_px, tiles::gsd_of(level) * kCoarsestView_px));
+    plan.footprints.push_back(f);
+    plan.description.layers.push_back(navigability_layer(f));
+    plan.sources[plan.image_level];
+    for (int l = plan.image_level + 1; l <= level; ++l) plan.halved[l];
+  }
+}
+
 std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOptions& options, const Plan& plan) {
   std::vector<std::pair<std::string, std::string>> out;
   out.emplace_back("area", area_text(options));
@@ -309,6 +329,7 @@ void describe(const BuildOptions& options, Plan& plan) {
   if (plan.elevation) d.sources.push_back({exporter::SourceRole::kElevation, plan.elevation->source()});
   read_vectors(options, plan);
   choose_vector_layers(options, plan);
+  choose_footprints(options, plan);
   for (const ingest::EpochInfo& epoch : plan.images->epochs())
     d.epochs.push_back({epoch.date, {epoch.sources.begin(), epoch.sources.end()}});
   ingest::GeoidResult geoid = ingest::make_geoid_grid(d.zone, d.bounds);
@@ -328,6 +349,7 @@ std::string fingerprint_of(const Plan& plan) {
   for (const auto& [name, value] : d.parameters) text += fmt::format("{}={}\n", name, value);
   for (const LayerPlan& l : plan.layers) text += fmt::format("{} {} {}\n", l.info().name, l.base_level, l.top_level);
   text += fmt::format("landmarks {} roads {}\n", plan.landmarks, plan.roads);
+  for (const tiles::Footprint& f : plan.footprints) text += tiles::layer_of(f) + "\n";
   for (const exporter::PackSource& s : d.sources) {
     text += fmt::format("{} {} {} {} {}", int(s.role), s.source.sha256, s.source.date, s.source.crs,
                         s.source.vertical_datum);

@@ -41,6 +41,7 @@ struct Plan {
   bool find_landmarks = false, find_roads = false;             ///< whether they are sought in the images
   std::shared_ptr<const landmarks::ObjectModel> object_model;  ///< where find_landmarks
   std::shared_ptr<const landmarks::RoadModel> road_model;      ///< where find_roads
+  std::vector<tiles::Footprint> footprints;                    ///< that navigability is judged for
   /// By level of the source window: indices of the layers that are computed from the inputs there.
   std::map<int, std::vector<size_t>> sources;
   /// By level above the imagery's: indices of the layers that are computed from the epochs halved down to it.

@@ -47,7 +47,7 @@ The work in progress lies in OUTPUT.build. After Ctrl-C, a kill or a full disk, 
 std::atomic<bool> stop_requested = false;
 
 struct CommandLine {
-  std::vector<std::string> images, dates, bands, nodata, codecs, layers, vectors;
+  std::vector<std::string> images, dates, bands, nodata, codecs, footprints, layers, vectors;
   std::string dem, dem_datum, zone, output;
   double gsd_m = 0, georegistration_error_m = -1;
   bool json = false;
@@ -92,6 +92,20 @@ tiles::Codec codec_of(const std::string& layer, const std::string& name) {
   throw Error(ExitCode::kUsage, fmt::format("--codec {}={}: expected raw, jpeg, zstd or context", layer, name));
 }
 
+// "160/320": a view of 160 m, searched for up to 320 m to every side; "standard": three views, each with two radii.
+void add_footprints(const std::string& text, std::vector<tiles::Footprint>& out) {
+  if (text == "standard") {
+    for (const double view_m : {160.0, 240.0, 320.0})
+      for (const double search_m : {160.0, 320.0}) out.push_back({view_m, search_m});
+    return;
+  }
+  const std::optional<tiles::Footprint> footprint = tiles::footprint_named(text);
+  if (!footprint)
+    throw Error(ExitCode::kUsage,
+                fmt::format("--navigability {}: expected VIEW/SEARCH in metres, such as 160/320, or standard", text));
+  out.push_back(*footprint);
+}
+
 BuildOptions options_of(const CommandLine& line) {
   BuildOptions options = line.options;
   for (const std::string& path : line.images) options.images.push_back({path, {}, {}, {}});
@@ -118,6 +132,7 @@ BuildOptions options_of(const CommandLine& line) {
   if (line.gsd_m != 0) options.gsd_m = line.gsd_m;
   if (line.georegistration_error_m >= 0) options.georegistration_error_m = line.georegistration_error_m;
   for (const std::string& text : line.vectors) options.vectors.push_back(landmarks::parse_input(text));
+  for (const std::string& text : line.footprints) add_footprints(text, options.footprints);
   options.layers = line.layers;
   options.output = line.output;
   options.stop = &stop_requested;
@@ -231,6 +246,11 @@ void add_build(CLI::App& app) {
       ->add_option("--gsd", line->gsd_m,
                    "Ground sample distance in metres, a power of two (default: nearest to the finest image's)")
       ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--navigability", line->footprints,
+                   "Judge how well a camera finds itself, for each VIEW/SEARCH in metres (side of the view on the "
+                   "ground, and how far off the vehicle may believe itself), or standard: 160, 240, 320 m / 160, 320 m")
+      ->delimiter(',');
   std::vector<std::string> names;
   for (const auto* layer : layers::registry()) names.push_back(layer->info().name);
   names.insert(names.end(), {"landmarks", "roads"});

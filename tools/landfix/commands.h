@@ -15,6 +15,7 @@ void add_keygen(CLI::App& app);
 void add_sign(CLI::App& app);
 void add_synth(CLI::App& app);
 void add_fly(CLI::App& app);
+void add_route(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_eval_roads(CLI::App& eval);
 void add_roads(CLI::App& app);

@@ -1,0 +1,62 @@
+#include "builder/navigability/model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "builder/navigability/model_table.h"
+
+namespace landfix::navigability {
+namespace {
+
+/// No probability is closer to 0 or to 1: changes that no date shows come on top.
+constexpr double kMostCertain = 0.995;
+
+/// By how much the logit falls with the logarithm of one more than the years: 0.5 to 0.7 on real farmland of 2009 to
+/// 2018, where maps of one date and of three were as old as this on average.
+constexpr double kAgeing = 0.6, kTypicalAgeYears = 2;
+
+/// Scale of the matches' covariances and floor in pixels: from dates that are matched with each other, and from one
+/// that is matched with itself, which is far too sharp.
+struct Spread {
+  double scale, floor_px2;
+};
+constexpr Spread kBetweenDates{0.5, 0.16}, kOfOneDate{5, 0.4};
+
+double logistic(double x) { return 1 / (1 + std::exp(-x)); }
+
+double weighted(std::span<const double> coefficients, const std::vector<double>& values) {
+  return std::inner_product(values.begin(), values.end(), coefficients.begin(), 0.0);
+}
+
+}  // namespace
+
+double fix_probability(const Predictors& p, std::optional<double> age_years) {
+  if (p.dates == 0) return 0;
+  const double size = std::log(std::max(p.template_px, 1.0) / 40);
+  double logit = p.dates > 1
+                     ? weighted(kSeveralDates, {1, p.least_logit, p.mean_logit, std::log(p.structure + kLeastStructure),
+                                                p.background, size, 1.0 / (p.dates * (p.dates - 1))})
+                     : weighted(kOneDate, {1, p.structure, p.background, p.crest, size});
+  if (age_years) logit -= kAgeing * (std::log1p(std::max(*age_years, 0.0)) - std::log1p(kTypicalAgeYears));
+  return std::clamp(logistic(logit), 1 - kMostCertain, kMostCertain);
+}
+
+GateChances gate_chances(double fix) {
+  if (fix <= 0) return {};
+  const double logit = std::log(fix / (1 - std::min(fix, kMostCertain)));
+  return {logistic(weighted(kAccepted, {1, logit})), logistic(weighted(kFalseOfAccepted, {1, logit}))};
+}
+
+std::array<double, 4> fix_covariance_m2(const Predictors& p, double gsd_m) {
+  const Spread& s = p.dates > 1 ? kBetweenDates : kOfOneDate;
+  std::array<double, 4> out = p.covariance_m2;
+  for (double& v : out) v *= s.scale;
+  out[0] += s.floor_px2 * gsd_m * gsd_m;
+  out[3] += s.floor_px2 * gsd_m * gsd_m;
+  return out;
+}
+
+}  // namespace landfix::navigability

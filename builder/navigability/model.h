@@ -1,0 +1,29 @@
+// From evidence to the chance of a true fix and how far off it will be. The numbers come from tools/navigability.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "builder/navigability/predictors.h"
+
+namespace landfix::navigability {
+
+/// Chance that an image taken at the place is matched within `hit_m` of the truth by orientation: a logistic function
+/// of the evidence, of its own for places that one date shows. 0 without any date. `age_years`: from the newest date
+/// to the flight; absent: as old as the maps of the samples were.
+double fix_probability(const Predictors& predictors, std::optional<double> age_years = std::nullopt);
+
+/// What the standard gate will make of matches at a place.
+struct GateChances {
+  double accepted = 0;           ///< that a match passes
+  double false_of_accepted = 0;  ///< that one which passes is false
+};
+
+/// `fix`: as fix_probability gives it. The gate promises one false fix in a hundred over all places, not at each.
+GateChances gate_chances(double fix);
+
+/// Covariance of a true fix's error, row-major over (east, north), in m²: that of the matches between the dates,
+/// scaled to what their errors are, and a floor for what dates lie apart. `gsd_m`: of the level that was matched.
+std::array<double, 4> fix_covariance_m2(const Predictors& predictors, double gsd_m);
+
+}  // namespace landfix::navigability

@@ -1,0 +1,270 @@
+#include "builder/navigability/predictors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "runtime/features/orientation.h"
+#include "runtime/nav/image_map.h"
+#include "runtime/nav/registration.h"
+
+namespace landfix::navigability {
+namespace {
+
+using features::GridImage;
+
+constexpr int kRimPx = 8;               ///< around the view, for operators that look at neighbours
+constexpr double kLeastCoverage = 0.5;  ///< of the view that a date must show
+constexpr double kSigmas = 3;           ///< of the prior that the search region is
+constexpr double kLeastWeight = 0.02;   ///< of a match whose likelihood lies elsewhere, in the mean covariance
+constexpr int kMainLobePx = 8;          ///< around the truth: the features' own correlation, no look-alike
+
+double logit(double p) {
+  const double limit = 1 / (1 + std::exp(kLargestLogit));
+  p = std::clamp(p, limit, 1 - limit);
+  return std::log(p / (1 - p));
+}
+
+/// Red, green and blue of an image; a camera has no near infrared.
+GridImage seen_by_camera(const GridImage& image) {
+  GridImage out = image;
+  if (image.pixels.channels() != 4) return out;
+  out.pixels = cv::Mat(image.pixels.size(), CV_8UC3);
+  const int from_to[] = {0, 0, 1, 1, 2, 2};
+  cv::mixChannels({image.pixels}, {out.pixels}, from_to, 3);
+  return out;
+}
+
+/// Sums over any rectangle of how long the orientation vectors are, to the powers that are needed.
+class Structure {
+ public:
+  explicit Structure(const GridImage& image) {
+    cv::Mat ab, valid, length;
+    features::orientation(image.pixels, image.valid, {}, ab, valid);
+    std::vector<cv::Mat> channels;
+    cv::split(ab, channels);
+    cv::sqrt(channels[0].mul(channels[0]) + channels[1].mul(channels[1]), length);
+    const cv::Mat squared = length.mul(length);
+    cv::integral(length, sums_[0], CV_64F);
+    cv::integral(squared, sums_[1], CV_64F);
+    cv::integral(squared.mul(length), sums_[2], CV_64F);
+    cv::integral(valid / 255, sums_[3], CV_64F);
+  }
+
+  double pixels(const cv::Rect& r) const { return sum(3, r); }
+  double mean(const cv::Rect& r) const { return sum(0, r) / std::max(pixels(r), 1.0); }
+  double crest(const cv::Rect& r) const { return sum(2, r) / std::max(sum(1, r), 1e-3 * r.area()); }
+
+ private:
+  double sum(size_t power, const cv::Rect& r) const {
+    const cv::Mat_<double> s = sums_[power];
+    return s(r.y + r.height, r.x + r.width) - s(r.y, r.x + r.width) - s(r.y + r.height, r.x) + s(r.y, r.x);
+  }
+
+  std::array<cv::Mat, 4> sums_;
+};
+
+/// A rectangle of an image that may reach beyond it: there, nothing is valid.
+GridImage cut(const GridImage& image, const cv::Rect& wanted) {
+  GridImage out{cv::Mat::zeros(wanted.size(), image.pixels.type()), cv::Mat::zeros(wanted.size(), CV_8U), 0, 0,
+                image.gsd_m};
+  const cv::Rect inside = wanted & cv::Rect({0, 0}, image.pixels.size());
+  if (inside.empty()) return out;
+  const cv::Rect there = inside - wanted.tl();
+  image.pixels(inside).copyTo(out.pixels(there));
+  if (image.valid.empty())
+    out.valid(there).setTo(255);
+  else
+    image.valid(inside).copyTo(out.valid(there));
+  return out;
+}
+
+/// Where on a surface of scores, as seen from the truth.
+struct Around {
+  const GridImage& surface;
+  double east_m, north_m;
+
+  double east_of(int x) const { return surface.west_m + (x + 0.5) * surface.gsd_m - east_m; }
+  double north_of(int y) const { return surface.north_m - (y + 0.5) * surface.gsd_m - north_m; }
+
+  template <typename Visit>
+  void for_each(const Visit& visit) const {
+    for (int y = 0; y < surface.pixels.rows; ++y)
+      for (int x = 0; x < surface.pixels.cols; ++x)
+        if (surface.valid.at<uint8_t>(y, x)) visit(x, y, std::hypot(east_of(x), north_of(y)));
+  }
+};
+
+/// Share of the likelihood, outliers left out, within `hit_m` of the truth.
+double mass_near_truth(const nav::Likelihood& likelihood, const Around& around, double hit_m) {
+  double near = 0, all = 0;
+  around.for_each([&](int x, int y, double away_m) {
+    const double excess = likelihood.values.pixels.at<float>(y, x) - likelihood.outside;
+    all += excess;
+    if (away_m <= hit_m) near += excess;
+  });
+  return all > 0 ? near / all : 0;
+}
+
+double mean_beyond(const Around& around, double radius_m) {
+  double sum = 0;
+  int count = 0;
+  around.for_each([&](int x, int y, double away_m) {
+    if (away_m <= radius_m) return;
+    sum += around.surface.pixels.at<float>(y, x);
+    ++count;
+  });
+  return count > 0 ? sum / count : 0;
+}
+
+std::optional<LookAlike> strongest_look_alike(const Around& mean, double hit_m) {
+  const double lobe_m = std::max(2 * hit_m, kMainLobePx * mean.surface.gsd_m);
+  double own = 0, highest = 0;
+  LookAlike found;
+  mean.for_each([&](int x, int y, double away_m) {
+    const double score = mean.surface.pixels.at<float>(y, x);
+    if (away_m <= hit_m) own = std::max(own, score);
+    if (away_m <= lobe_m || score <= highest) return;
+    highest = score;
+    found = {mean.east_of(x), mean.north_of(y), 0};
+  });
+  if (highest <= 0) return std::nullopt;
+  found.strength = own > 0 ? std::min(highest / own, 1.0) : 1;
+  return found;
+}
+
+}  // namespace
+
+struct Witness::State {
+  struct Date {
+    GridImage camera;          ///< what a camera would have seen
+    nav::ImageMap others;      ///< the map of all other dates, or of this one where there is no other
+    nav::Registrar registrar;  ///< of `others`
+    Structure structure;
+
+    Date(const GridImage& image, std::span<const GridImage> map_dates, int levels)
+        : camera(seen_by_camera(image)),
+          others(map_dates, levels, 0, std::array{nav::MapLayer::kOrientation}),
+          registrar(others, options()),
+          structure(image) {}
+    static nav::RegistrationOptions options() {
+      nav::RegistrationOptions o;
+      o.method = nav::Method::kOrientation;
+      o.rim_px = kRimPx;
+      return o;
+    }
+  };
+
+  /// What the matches of the dates add up to.
+  struct Sums {
+    std::vector<double> logits;
+    double background = 0, found = 0, accepted = 0, weight = 0;
+    std::array<double, 4> covariance_m2{};
+    GridImage surface;  ///< Σ of the scores, and where all of them are valid
+    int surfaces = 0;
+  };
+
+  void match(Date& date, const cv::Point& corner, const Footprint& footprint, Sums& sums);
+
+  std::vector<std::unique_ptr<Date>> dates;  ///< registrars point to the maps beside them
+  nav::Registration found;
+};
+
+void Witness::State::match(Date& date, const cv::Point& corner, const Footprint& f, Sums& sums) {
+  const double gsd = date.camera.gsd_m;
+  const int half = int(std::lround(0.5 * f.template_m / gsd)) + kRimPx;
+  GridImage patch = cut(date.camera, {corner.x - half, corner.y - half, 2 * half, 2 * half});
+  patch.west_m = -half * gsd;
+  patch.north_m = half * gsd;
+  nav::RegistrationPrior prior;
+  prior.east_m = date.camera.west_m + corner.x * gsd;
+  prior.north_m = date.camera.north_m - corner.y * gsd;
+  const double variance = std::pow(f.search_m / kSigmas, 2);
+  prior.covariance_m2 = {variance, 0, 0, variance};
+  prior.sigmas = kSigmas;
+  date.registrar.run(patch, prior, found);
+  if (found.status != nav::Status::kOk && found.status != nav::Status::kImprobable) {
+    sums.logits.push_back(-kLargestLogit);  // nothing to match: as good as not found
+    return;
+  }
+  const Around around{found.surface, prior.east_m, prior.north_m};
+  const double mass = mass_near_truth(found.likelihood, around, f.hit_m);
+  const bool hit = std::hypot(found.peak.east_m - prior.east_m, found.peak.north_m - prior.north_m) <= f.hit_m;
+  sums.logits.push_back(logit(mass));
+  sums.background += mean_beyond(around, 2 * f.hit_m);
+  sums.found += hit;
+  sums.accepted += found.status == nav::Status::kOk;
+  const double weight = hit + kLeastWeight;
+  sums.weight += weight;
+  for (size_t i = 0; i < 4; ++i) sums.covariance_m2[i] += weight * found.covariance_m2[i];
+  if (sums.surfaces++ == 0) {
+    sums.surface = found.surface;
+    sums.surface.pixels = found.surface.pixels.clone();
+    sums.surface.valid = found.surface.valid.clone();
+  } else if (sums.surface.pixels.size() == found.surface.pixels.size()) {
+    sums.surface.pixels += found.surface.pixels;
+    sums.surface.valid &= found.surface.valid;
+  }
+}
+
+Witness::Witness(std::span<const GridImage> dates, int levels) : state_(std::make_unique<State>()) {
+  if (dates.empty()) throw std::invalid_argument("navigability: no image to judge by");
+  for (const GridImage& image : dates)
+    if (image.pixels.size() != dates[0].pixels.size() || image.gsd_m != dates[0].gsd_m ||
+        image.west_m != dates[0].west_m || image.north_m != dates[0].north_m)
+      throw std::invalid_argument("navigability: the dates' images differ in size, place or GSD");
+  for (size_t i = 0; i < dates.size(); ++i) {
+    std::vector<GridImage> others;
+    for (size_t k = 0; k < dates.size(); ++k)
+      if (k != i || dates.size() == 1) others.push_back(dates[k]);
+    state_->dates.push_back(std::make_unique<State::Date>(dates[i], others, levels));
+  }
+}
+Witness::~Witness() = default;
+Witness::Witness(Witness&&) noexcept = default;
+Witness& Witness::operator=(Witness&&) noexcept = default;
+
+Predictors Witness::at(double east_m, double north_m, const Footprint& f) {
+  for (const double length : {f.template_m, f.search_m, f.hit_m})
+    if (!(length > 0) || !std::isfinite(length))
+      throw std::invalid_argument("navigability: the lengths of a footprint are metres, more than 0");
+  const GridImage& frame = state_->dates[0]->camera;
+  const int side = 2 * int(std::lround(0.5 * f.template_m / frame.gsd_m));
+  const cv::Point corner(int(std::lround((east_m - frame.west_m) / frame.gsd_m)),
+                         int(std::lround((frame.north_m - north_m) / frame.gsd_m)));
+  const cv::Rect view(corner.x - side / 2, corner.y - side / 2, side, side),
+      inside = view & cv::Rect({0, 0}, frame.pixels.size());
+  Predictors out;
+  out.template_px = side;
+  if (inside.empty()) return out;
+  State::Sums sums;
+  for (const auto& date : state_->dates) {
+    if (date->structure.pixels(inside) < kLeastCoverage * view.area()) continue;
+    ++out.dates;
+    out.coverage += date->structure.pixels(inside) / view.area();
+    out.structure += date->structure.mean(inside);
+    out.crest += date->structure.crest(inside);
+    state_->match(*date, corner, f, sums);
+  }
+  if (out.dates == 0) return out;
+  const double share = 1.0 / out.dates;
+  out.coverage *= share;
+  out.structure *= share;
+  out.crest *= share;
+  out.least_logit = *std::min_element(sums.logits.begin(), sums.logits.end());
+  out.mean_logit = share * std::accumulate(sums.logits.begin(), sums.logits.end(), 0.0);
+  out.found = share * sums.found;
+  out.accepted = share * sums.accepted;
+  if (sums.surfaces == 0) return out;
+  out.background = sums.background / sums.surfaces;
+  for (size_t i = 0; i < 4; ++i) out.covariance_m2[i] = sums.covariance_m2[i] / sums.weight;
+  const GridImage& s = sums.surface;
+  out.look_alike =
+      strongest_look_alike({s, frame.west_m + corner.x * frame.gsd_m, frame.north_m - corner.y * frame.gsd_m}, f.hit_m);
+  return out;
+}
+
+}  // namespace landfix::navigability

@@ -1,0 +1,80 @@
+// What a place tells about how well a camera will find itself there: evidence from the map's own images, gathered by
+// the matcher that flies. model.h makes probabilities and covariances of it.
+//
+// Where the sources show a place on several dates, each date in turn is the camera, and the map is made of the others:
+// what the dates did to each other is what the next one will do. From one date no simulated change told more than how
+// much of the place has a distinct direction of its gradients, and how much the place resembles all of its
+// surroundings.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "runtime/features/grid_image.h"
+
+namespace landfix::navigability {
+
+/// What is flown over a place: a view, and how far from the truth the aircraft may believe itself.
+struct Footprint {
+  double template_m = 160;  ///< side of the view
+  double search_m = 160;    ///< searched to every side
+  double hit_m = 15;        ///< an answer this near to the truth is true
+};
+
+/// Another place within the search region that looks like this one.
+struct LookAlike {
+  double east_m = 0, north_m = 0;  ///< from the place
+  double strength = 0;             ///< its mean score over that of the place; 1: cannot be told apart
+};
+
+/// Evidence at one place. Logits are natural logarithms of odds, within ±kLargestLogit.
+struct Predictors {
+  int dates = 0;           ///< that show the place; 0: it cannot be judged, and nothing below is meaningful
+  double template_px = 0;  ///< side of the view at the level that was matched
+  double coverage = 0;     ///< share of the view that these dates show, in the mean
+
+  /// Of the likelihood that lies within `hit_m` of the truth, where the date in question is matched with the others:
+  /// the date that fared worst, and the mean. Only for two dates and more.
+  double least_logit = 0, mean_logit = 0;
+  double found = 0;     ///< share of the dates that were found within `hit_m`
+  double accepted = 0;  ///< share of the dates whose match passes the standard gate
+
+  /// Mean length of the orientation vectors in the view over its dates, 0 to 1 (features::orientation).
+  double structure = 0;
+  /// Σ length³ / Σ length² there: how strong those are that decide.
+  double crest = 0;
+  /// Mean score farther than 2·`hit_m` from the truth: high where everything in the region runs in one direction.
+  double background = 0;
+
+  /// Mean of the covariances that the matches stated, each by the inverse of its chance to be wrong; row-major over
+  /// (east, north), in m².
+  std::array<double, 4> covariance_m2{};
+  std::optional<LookAlike> look_alike;  ///< the strongest; none where nothing beyond the main lobe scores above 0
+};
+
+inline constexpr double kLargestLogit = 9.21;  ///< odds of 1 to 10 000
+
+/// Gathers evidence over a piece of the map. Keeps one map per date; not for concurrent calls on one object.
+class Witness {
+ public:
+  /// `dates`: one image per capture date, the newest first, of one size, place and GSD, as nav::ImageMap takes them;
+  /// what a camera would see are the first three of four channels. `levels`: so many are made, each of half as many
+  /// pixels a side, for views that are searched coarse to fine. Throws
+  /// std::invalid_argument for no image or images of different shapes.
+  explicit Witness(std::span<const features::GridImage> dates, int levels = 1);
+  ~Witness();
+  Witness(Witness&&) noexcept;
+  Witness& operator=(Witness&&) noexcept;
+
+  /// Evidence at a place, taken at the next corner of pixels. Dates that do not show at least half of the view have no
+  /// say. Throws std::invalid_argument for lengths that are not positive.
+  Predictors at(double east_m, double north_m, const Footprint& footprint);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace landfix::navigability

@@ -1,0 +1,92 @@
+// From evidence to probability and covariance: which way each piece of evidence turns them.
+#include "builder/navigability/model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace landfix::navigability {
+namespace {
+
+/// A place that three dates show, as most are on farmland.
+Predictors usual() {
+  Predictors p;
+  p.dates = 3;
+  p.template_px = 40;
+  p.least_logit = 0;
+  p.mean_logit = 1.5;
+  p.structure = 0.35;
+  p.crest = 0.7;
+  p.background = 0.05;
+  p.covariance_m2 = {30, 10, 10, 50};
+  return p;
+}
+
+TEST(FixProbability, EvidenceForAPlaceRaisesIt) {
+  const double usually = fix_probability(usual());
+  const auto with = [](auto Predictors::*member, auto value) {
+    Predictors p = usual();
+    p.*member = value;
+    return fix_probability(p);
+  };
+  EXPECT_GT(with(&Predictors::least_logit, 3.0), usually);
+  EXPECT_GT(with(&Predictors::mean_logit, 3.0), usually);
+  EXPECT_GT(with(&Predictors::structure, 0.5), usually);
+  EXPECT_GT(with(&Predictors::template_px, 80.0), usually);
+  EXPECT_LT(with(&Predictors::background, 0.3), usually);
+}
+
+TEST(FixProbability, OneDateIsJudgedByWhatItShows) {
+  Predictors p = usual();
+  p.dates = 1;
+  const double usually = fix_probability(p);
+  p.least_logit = p.mean_logit = -9;
+  EXPECT_EQ(fix_probability(p), usually) << "a date matched with itself proves nothing";
+  p.structure = 0.6;
+  EXPECT_GT(fix_probability(p), usually);
+}
+
+TEST(FixProbability, NothingIsKnownWithoutADateAndNothingIsCertain) {
+  EXPECT_EQ(fix_probability({}), 0);
+  Predictors p = usual();
+  p.least_logit = p.mean_logit = kLargestLogit;
+  p.structure = 1;
+  p.template_px = 400;
+  EXPECT_LE(fix_probability(p), 0.995);
+  p.least_logit = p.mean_logit = -kLargestLogit;
+  p.structure = 0;
+  p.template_px = 4;
+  EXPECT_GE(fix_probability(p), 0.005 - 1e-12);
+}
+
+TEST(FixProbability, FallsWithTheMapsAge) {
+  const Predictors p = usual();
+  EXPECT_NEAR(fix_probability(p, 2), fix_probability(p), 1e-12) << "the samples' maps were two years old";
+  EXPECT_GT(fix_probability(p, 0), fix_probability(p));
+  EXPECT_LT(fix_probability(p, 10), fix_probability(p, 5));
+  EXPECT_EQ(fix_probability(p, -1), fix_probability(p, 0)) << "a flight before the newest image";
+}
+
+TEST(GateChances, DoubtfulPlacesPassLessAndAreMoreOftenFalse) {
+  const GateChances good = gate_chances(0.99), doubtful = gate_chances(0.5);
+  EXPECT_GT(good.accepted, 0.8);
+  EXPECT_LT(good.false_of_accepted, 0.005) << "on real farmland none of 1890";
+  EXPECT_LT(doubtful.accepted, 0.4);
+  EXPECT_GT(doubtful.false_of_accepted, 0.01) << "the gate's promise holds over all places, not here";
+  EXPECT_EQ(gate_chances(0).accepted, 0);
+  EXPECT_TRUE(std::isfinite(gate_chances(1).false_of_accepted));
+}
+
+TEST(FixCovariance, ScalesWhatTheMatchesStatedAndHasAFloor) {
+  const auto c = fix_covariance_m2(usual(), 4);
+  EXPECT_DOUBLE_EQ(c[0], 0.5 * 30 + 0.16 * 16);
+  EXPECT_DOUBLE_EQ(c[1], 0.5 * 10);
+  EXPECT_EQ(c[1], c[2]);
+  EXPECT_DOUBLE_EQ(c[3], 0.5 * 50 + 0.16 * 16);
+  Predictors alone = usual();
+  alone.dates = 1;
+  EXPECT_GT(fix_covariance_m2(alone, 4)[0], 4 * c[0]) << "a date matched with itself is far too sharp";
+}
+
+}  // namespace
+}  // namespace landfix::navigability

@@ -1,0 +1,80 @@
+// Navigability: what a map says about how well a camera finds itself at a place, and how a pixel of it is coded.
+// schemas/FORMAT.md section 3.5.1 is the specification.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace landfix::tiles {
+
+/// Whose chance to find the place it is: a matcher, or the choice that takes the best of them.
+enum class Finder : uint8_t { kAuto = 0, kOrientation = 1, kGray = 2, kEdge = 3, kContour = 4 };
+inline constexpr size_t kFinders = 5;
+
+/// Why a place is as it is. Values are bits in the file; readers skip those that they do not know.
+enum class Reason : uint8_t {
+  kWater = 0,          ///< much of the view
+  kUniform = 1,        ///< few directions of gradients: bare or even ground
+  kWood = 2,           ///< closed crowns
+  kRepeats = 3,        ///< another place within the search looks like it: look_alike
+  kRelief = 4,         ///< heights move what is seen by more than the features are wide
+  kShadow = 5,         ///< much of what is seen are shadows
+  kNoData = 6,         ///< part of the view lies off the map
+  kDatesDisagree = 7,  ///< what the dates show changes
+  kOneDate = 8,        ///< nothing to compare with
+};
+inline constexpr size_t kReasons = 9;
+
+/// What is flown over a place.
+struct Footprint {
+  double template_m = 160;  ///< side of the square view on the ground
+  double search_m = 160;    ///< how far from the truth the vehicle may believe itself, to every side
+  bool operator==(const Footprint&) const = default;
+};
+
+/// The layer that holds a footprint, "navigability/160/320"; and back, nullopt for the name of another layer.
+std::string layer_of(const Footprint& footprint);
+std::optional<Footprint> footprint_of(std::string_view layer);
+
+/// "160/320"; nullopt for any other text, and for lengths that are not positive.
+std::optional<Footprint> footprint_named(std::string_view text);
+
+/// Level of the layers: one pixel is a node of 64 m, at most half a footprint.
+inline constexpr int kNavigabilityLevel = 6;
+inline constexpr double kNavigabilityGsd_m = 64;
+
+struct Navigability {
+  /// Chance of a fix within the tolerance of the truth, at the age of the map when it was built; NaN: not judged.
+  std::array<double, kFinders> fix_probability;
+  double false_probability = 0;  ///< that a fix passes the standard gate and is false, by Finder::kAuto
+  /// Of a true fix: standard deviations along the longer and the shorter axis, and the direction of the longer one,
+  /// clockwise from grid north, in [0, pi).
+  double major_m = 0, minor_m = 0, direction_rad = 0;
+  /// The place within the search that looks most like this one: how far, in which direction clockwise from grid north
+  /// in [0, 2 pi), and its score over that of the place (1: cannot be told apart). Distance 0: there is none.
+  double rival_m = 0, rival_bearing_rad = 0, rival_strength = 0;
+  unsigned landmarks = 0;  ///< in the view; 254 for more
+  double diversity = 0;    ///< entropy of their classes over that of all classes alike, 0 to 1 (DeAngelo 2016 ch. 7)
+  uint16_t reasons = 0;    ///< bit k: Reason k
+  unsigned dates = 0;      ///< that show the place; 254 for more
+
+  bool has(Reason reason) const { return (reasons >> unsigned(reason) & 1) != 0; }
+};
+
+inline constexpr size_t kNavigabilityChannels = 17;
+using NavigabilityPixel = std::array<uint8_t, kNavigabilityChannels>;
+
+/// A pixel of the layer, never all zero (without data). Probabilities keep to ±9.21 in log odds, in steps of 0.073;
+/// lengths from 0.1 m to 6 km to 4.4 %.
+NavigabilityPixel encode_navigability(const Navigability& place);
+
+/// nullopt where all channels are zero. `pixel` has at least kNavigabilityChannels; what a newer writer adds behind
+/// them is not looked at.
+std::optional<Navigability> decode_navigability(std::span<const uint8_t> pixel) noexcept;
+
+}  // namespace landfix::tiles

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""Fits the chance of a true fix at a place to the samples that landfix_navigability_samples draws, or tests it.
+
+Usage: fit.py SAMPLES.csv[.gz]... > builder/navigability/model_table.h      (needs NumPy)
+       fit.py --test SAMPLES.csv[.gz]...        figures of the probabilities that the samples carry
+       fit.py --pack OUT.csv.gz SAMPLES.csv...  what the fit needs and no more; the same bytes for the same samples
+
+Logistic regressions on the evidence, one for places that several dates show and one for a single date. Slopes whose sign
+is known keep it or drop out. Every world weighs the same.
+"""
+import csv
+import gzip
+import io
+import sys
+
+import numpy as np
+
+LEAST_STRUCTURE = 0.03  # so much may be noise
+RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
+KEPT = "ground dates template_px least_logit mean_logit structure crest background hit fix_accepted".split()
+SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1)}
+
+
+def rows_of(paths):
+    rows = []
+    for path in paths:
+        with gzip.open(path, "rt") if path.endswith(".gz") else open(path) as file:
+            rows += [row for row in csv.DictReader(file) if int(row["dates"]) > 0]
+    return rows
+
+
+def read(paths, also=()):
+    rows = rows_of(paths)
+    table = {name: np.array([float(row[name]) for row in rows]) for name in (*KEPT[1:], *also)}
+    table["ground"] = np.array([row["ground"] for row in rows])
+    return table
+
+
+def pack(out, paths):
+    text = io.StringIO()
+    writer = csv.DictWriter(text, KEPT, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows_of(paths))
+    with open(out, "wb") as file:
+        file.write(gzip.compress(text.getvalue().encode(), 9, mtime=0))
+
+
+def features(t, kind):
+    size = np.log(t["template_px"] / 40)
+    if kind == "one":
+        return np.stack([t["structure"], t["background"], t["crest"], size], axis=1)
+    dates = np.maximum(t["dates"], 2)
+    structure = np.log(t["structure"] + LEAST_STRUCTURE)
+    return np.stack([t["least_logit"], t["mean_logit"], structure, t["background"], size, 1 / (dates * (dates - 1))], axis=1)
+
+
+def logistic(x):
+    return 1 / (1 + np.exp(-np.clip(x, -30, 30)))
+
+
+def fit(x, y, weights, signs):
+    """Iteratively reweighted least squares; (intercept, slopes)."""
+    signs, active = np.array(signs), np.ones(x.shape[1], bool)
+    mean, spread = np.average(x, axis=0, weights=weights), np.maximum(x.std(axis=0), 1e-9)
+    while True:
+        z = np.column_stack([np.ones(len(x)), ((x - mean) / spread)[:, active]])
+        ridge = RIDGE * weights.sum() / max(weights.sum() / 1e4, 1) * np.diag([0] + [1] * active.sum())
+        b = np.zeros(z.shape[1])
+        for _ in range(100):
+            p = logistic(z @ b)
+            hessian = (z * (weights * np.maximum(p * (1 - p), 1e-6))[:, None]).T @ z + ridge
+            step = np.linalg.solve(hessian, z.T @ (weights * (y - p)) - ridge @ b)
+            b += step
+            if np.abs(step).max() < 1e-9:
+                break
+        slopes = np.zeros(x.shape[1])
+        slopes[active] = b[1:] / spread[active]
+        wrong = slopes * signs < 0
+        if not wrong.any():
+            return np.concatenate([[b[0] - slopes @ mean], slopes])
+        active &= ~wrong
+
+
+def auc(p, y):
+    order = np.argsort(p, kind="stable")
+    rank = np.empty(len(p))
+    _, first, inverse, count = np.unique(p[order], return_index=True, return_inverse=True, return_counts=True)
+    rank[order] = (first + (count + 1) / 2)[inverse]
+    true = y > 0.5
+    n1, n0 = true.sum(), (~true).sum()
+    return (rank[true].sum() - n1 * (n1 + 1) / 2) / (n1 * n0) if n1 and n0 else float("nan")
+
+
+def calibration_error(p, y):
+    bins = np.clip((p * 10).astype(int), 0, 9)
+    return sum(abs(p[bins == i].mean() - y[bins == i].mean()) * (bins == i).mean() for i in range(10) if (bins == i).any())
+
+
+def report(name, p, t):
+    y = t["hit"]
+    if len(y) == 0:
+        return
+    print(f"{name:44s} n {len(y):6d}  true {y.mean():.3f}  stated {p.mean():.3f}  AUC {auc(p, y):.3f}  ECE {calibration_error(p, y):.3f}",
+          file=sys.stderr)
+
+
+def part(t, which):
+    return {name: values[which] for name, values in t.items()}
+
+
+def test(t):
+    for n in np.unique(t["dates"]):
+        for side in np.unique(t["template_px"]):
+            some = part(t, (t["dates"] == n) & (t["template_px"] == side))
+            report(f"{n:.0f} dates, template {side:.0f} px", some["probability"], some)
+
+
+def main(args):
+    if args[0] == "--test":
+        return test(read(args[1:], also=("probability",)))
+    if args[0] == "--pack":
+        return pack(args[1], args[2:])
+    t = read(args)
+    tables = {}
+    for kind, which in (("several", t["dates"] > 1), ("one", t["dates"] == 1)):
+        some = part(t, which)
+        x, y = features(some, kind), some["hit"]
+        _, group, count = np.unique(some["ground"], return_inverse=True, return_counts=True)
+        tables[kind] = fit(x, y, 1e4 / len(count) / count[group], SIGNS[kind])
+        p = logistic(tables[kind][0] + x @ tables[kind][1:])
+        for n in np.unique(some["dates"]):
+            for side in np.unique(some["template_px"]):
+                w = (some["dates"] == n) & (some["template_px"] == side)
+                report(f"{n:.0f} dates, template {side:.0f} px", p[w], part(some, w))
+    # What the standard gate makes of it, by the chance of a true fix alone.
+    several = part(t, t["dates"] > 1)
+    chance = (tables["several"][0] + features(several, "several") @ tables["several"][1:])[:, None]
+    taken = several["fix_accepted"] > 0.5
+    tables["accepted"] = fit(chance, several["fix_accepted"], np.ones(len(taken)), (1,))
+    tables["false"] = fit(chance[taken], 1 - several["hit"][taken], np.ones(taken.sum()), (-1,))
+    numbers = {kind: ", ".join(f"{b:.6g}" for b in table) for kind, table in tables.items()}
+    print("// Written by tools/navigability/fit.py; not to be edited.\n#pragma once\n\nnamespace landfix::navigability {\n")
+    print("/// Logistic regression on (1, least logit, mean logit, log (structure + kLeastStructure), background,")
+    print("/// log template / 40 px, 1 / (n (n - 1))), n dates.")
+    print(f"inline constexpr double kLeastStructure = {LEAST_STRUCTURE};")
+    print(f"inline constexpr double kSeveralDates[7] = {{{numbers['several']}}};")
+    print("/// The same on (1, structure, background, crest, log template / 40 px).")
+    print(f"inline constexpr double kOneDate[5] = {{{numbers['one']}}};")
+    print("/// Of a match that the standard gate accepts, and of one among those that is false, on (1, logit of a true fix).")
+    print(f"inline constexpr double kAccepted[2] = {{{numbers['accepted']}}};")
+    print(f"inline constexpr double kFalseOfAccepted[2] = {{{numbers['false']}}};\n\n}}  // namespace landfix::navigability")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
