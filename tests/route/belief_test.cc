@@ -39,9 +39,10 @@ std::vector<Case> cases() {
   cases.push_back({"rare fixes", 300, 20, field(6000, {}, good_place(0.08, 4))});
   cases.push_back({"lake", 120, 12, field(6000, {{2000, 0, 3000, 6000, poor_place(kWater)}})});
   cases.push_back({"patches", 200, 20,
-                   field(6000, {{500, 0, 900, 6000, poor_place(kForest, 0.2)},
-                                {1500, 0, 2600, 6000, poor_place(kUniformField, 0.05)},
-                                {4000, 0, 4200, 6000, poor_place(kWater)}},
+                   field(6000,
+                         {{500, 0, 900, 6000, poor_place(kForest, 0.2)},
+                          {1500, 0, 2600, 6000, poor_place(kUniformField, 0.05)},
+                          {4000, 0, 4200, 6000, poor_place(kWater)}},
                          good_place(0.8, 2))});
   Navigability road = good_place(0.7);
   road.covariance_m2 << 1, 0, 0, 225;

@@ -26,14 +26,13 @@ inline std::string item(int id, int command, int frame, const std::string& param
 
 /// Home at (1000, 1000), 450 m above the ellipsoid by 400 m above sea level.
 inline mission::Mission plan(const std::string& items, const std::string& polygons = "") {
-  return mission::parse_mission(
-      fmt::format(R"({{"fileType": "Plan", "version": 1, "groundStation": "test",
+  return mission::parse_mission(fmt::format(R"({{"fileType": "Plan", "version": 1, "groundStation": "test",
                        "geoFence": {{"circles": [], "polygons": [{}], "version": 2}},
                        "rallyPoints": {{"points": [], "version": 2}},
                        "mission": {{"version": 2, "firmwareType": 12, "vehicleType": 1, "cruiseSpeed": 20,
                                     "hoverSpeed": 5, "plannedHomePosition": [{}, 400], "items": [{}]}}}})",
-                  polygons, degrees_at(1000, 1000), items),
-      "test.plan");
+                                            polygons, degrees_at(1000, 1000), items),
+                                "test.plan");
 }
 
 }  // namespace landfix::route

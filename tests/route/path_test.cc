@@ -20,8 +20,9 @@ std::string refusal(const std::function<void()>& action, ExitCode code) {
   return "";
 }
 
-// Ground at 400 m above the ellipsoid, geoid at 50: 500 m above sea level are 550 − 400 = 150 m above ground, 100 m above
-// home (which is 400 m above sea level, 450 above the ellipsoid) are also 150, terrain altitudes are what they say.
+// Ground at 400 m above the ellipsoid, geoid at 50: 500 m above sea level are 550 − 400 = 150 m above ground, 100 m
+// above home (which is 400 m above sea level, 450 above the ellipsoid) are also 150, terrain altitudes are what they
+// say.
 TEST(MissionPath, ResolvesAltitudes) {
   const auto mission = plan(item(1, 16, 0, "0, 0, 0, null", degrees_at(1000, 1000), 500) + "," +
                             item(2, 16, 3, "0, 0, 0, null", degrees_at(2000, 1000), 100) + "," +
@@ -55,12 +56,15 @@ TEST(MissionPath, CirclesAreFlown) {
   EXPECT_NEAR(path_of(mission, kZone, kFlat).length_m(), 1000 + 100 + 2 * 24 * 2 * 100 * std::sin(M_PI / 24), 0.1);
 }
 
-// The ground rises by 0.2 per metre eastwards; a level flight 150 m above the start meets it after 750 m.
+// The ground rises by 0.2 per metre eastwards; a level flight 152 m above the start meets it after 760 m.
 TEST(MissionPath, RefusesARouteBelowTheGround) {
   Heights slope = kFlat;
   slope.ground_m = [](double east_m, double) { return std::optional(400 + 0.2 * (east_m - kEast)); };
   const std::string why = refusal(
-      [&] { path_through("hill", {at(0, 0), at(2000, 0)}, 550, false, 15, slope); }, ExitCode::kBadInput);
+      [&] {
+        path_through("hill", {at(0, 0), at(2000, 0)}, 552, false, 15, slope);
+      },
+      ExitCode::kBadInput);
   EXPECT_NE(why.find("hill: leg 1"), std::string::npos) << why;
   EXPECT_NE(why.find("775 m after the start"), std::string::npos) << why;  // seen every 25 m
   EXPECT_NO_THROW(path_through("hill", {at(0, 0), at(2000, 0)}, 150, true, 15, slope));
@@ -77,8 +81,10 @@ TEST(MissionPath, MayLand) {
 
 TEST(MissionPath, RefusesWhatCannotBeResolved) {
   const auto gpx = mission::parse_mission(
-      fmt::format(R"(<gpx version="1.1"><rte><rtept lat="47" lon="9"/><rtept lat="47.01" lon="9"/></rte></gpx>)"), "a.gpx");
-  EXPECT_NE(refusal([&] { path_of(gpx, kZone, kFlat); }, ExitCode::kUsage).find("height above ground"), std::string::npos);
+      fmt::format(R"(<gpx version="1.1"><rte><rtept lat="47" lon="9"/><rtept lat="47.01" lon="9"/></rte></gpx>)"),
+      "a.gpx");
+  EXPECT_NE(refusal([&] { path_of(gpx, kZone, kFlat); }, ExitCode::kUsage).find("height above ground"),
+            std::string::npos);
   PathOptions given;
   given.agl_m = 90;
   EXPECT_EQ(path_of(gpx, kZone, kFlat, given).at(0).agl_m, 90);

@@ -149,8 +149,10 @@ void set_level(const Arguments& a, const Setup& setup, const std::optional<missi
     problem.least_agl_m = a.band[0];
     problem.most_agl_m = a.band[1];
   }
-  if (a.speed_mps) problem.speed_mps = *a.speed_mps;
-  else if (mission && mission->cruise_speed_mps) problem.speed_mps = *mission->cruise_speed_mps;
+  if (a.speed_mps)
+    problem.speed_mps = *a.speed_mps;
+  else if (mission && mission->cruise_speed_mps)
+    problem.speed_mps = *mission->cruise_speed_mps;
 }
 
 /// A changed copy of the mission where it is a plan or WPL of the same kind as the output, else a new file.
@@ -236,7 +238,8 @@ void add_common_options(CLI::App& command, Arguments& a) {
   command.add_option("--corridor", a.score.corridor_m, "Half the width of the corridor to stay in, m")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  command.add_option("--agl", a.agl_m, "Height above ground, m, where the mission gives none")->check(CLI::PositiveNumber);
+  command.add_option("--agl", a.agl_m, "Height above ground, m, where the mission gives none")
+      ->check(CLI::PositiveNumber);
   command.add_flag("--json", a.json, "Print JSON");
   add_vehicle_options(command, a);
 }
@@ -266,7 +269,8 @@ void add_suggest(CLI::App& parent) {
       ->expected(2)
       ->type_name("LEAST,MOST");
   command->add_option("--no-fly", a->no_fly, "GeoJSON polygons to stay out of")->type_name("FILE");
-  command->add_option("-o,--output", a->output, "Write the route as .plan, .waypoints, .gpx or .geojson")->type_name("FILE");
+  command->add_option("-o,--output", a->output, "Write the route as .plan, .waypoints, .gpx or .geojson")
+      ->type_name("FILE");
   command->add_option("--html", a->html, "Write a report with map and profiles")->type_name("FILE");
   command->callback([a] { run_suggest(*a); });
 }

@@ -23,19 +23,23 @@ AltitudeRow row(const Path& path, double agl_m, const NavigabilityMap& map, cons
 }
 
 /// Less is better. Shares to a thousandth, so that noise in the last digits decides nothing.
-auto rank(const AltitudeRow& row) { return std::tuple(-std::round(row.score.meeting * 1000), row.score.largest_radius_m); }
+auto rank(const AltitudeRow& row) {
+  return std::tuple(-std::round(row.score.meeting * 1000), row.score.largest_radius_m);
+}
 
 }  // namespace
 
 AltitudeComparison compare_altitudes(const PathAt& path_at, const std::vector<double>& heights_agl_m,
                                      const NavigabilityMap& map, const Vehicle& vehicle, const ScoreOptions& options) {
-  if (heights_agl_m.empty()) throw Error(ExitCode::kUsage, "route: expected heights above ground to compare, found none");
+  if (heights_agl_m.empty())
+    throw Error(ExitCode::kUsage, "route: expected heights above ground to compare, found none");
   AltitudeComparison comparison;
   for (const double agl_m : heights_agl_m) {
     if (!(agl_m > 0 && std::isfinite(agl_m)))
       throw Error(ExitCode::kUsage, fmt::format("route: expected heights above ground, found {} m", agl_m));
     comparison.rows.push_back(row(path_at(agl_m), agl_m, map, vehicle, options));
-    if (rank(comparison.rows.back()) < rank(comparison.rows[comparison.best])) comparison.best = comparison.rows.size() - 1;
+    if (rank(comparison.rows.back()) < rank(comparison.rows[comparison.best]))
+      comparison.best = comparison.rows.size() - 1;
   }
   return comparison;
 }
@@ -62,8 +66,9 @@ nlohmann::ordered_json to_json(const AltitudeComparison& comparison) {
 
 std::string to_text(const AltitudeComparison& comparison) {
   const Requirement& r = comparison.rows[comparison.best].score.requirement;
-  std::string text = fmt::format("{:>8} {:>7} {:>8} {:>6} {:>6} {:>7} {:>8} {:>7}  {}\n", "height m", "view m", "pixel m",
-                                 "fixes", "rms m", fmt::format("{:.0f}% m", 100 * r.confidence), "meeting", "gap m", "worst");
+  std::string text =
+      fmt::format("{:>8} {:>7} {:>8} {:>6} {:>6} {:>7} {:>8} {:>7}  {}\n", "height m", "view m", "pixel m", "fixes",
+                  "rms m", fmt::format("{:.0f}% m", 100 * r.confidence), "meeting", "gap m", "worst");
   for (size_t i = 0; i < comparison.rows.size(); ++i) {
     const AltitudeRow& row = comparison.rows[i];
     text += fmt::format("{:>8.0f} {:>7.0f} {:>8.2f} {:>5.0f}% {:>6.1f} {:>7.1f} {:>7.1f}% {:>7.0f}  {}{}\n", row.agl_m,

@@ -24,12 +24,12 @@ Hypothesis merged(const Hypothesis& a, const Hypothesis& b) {
   m.since_fix_m = std::isinf(a.since_fix_m) && std::isinf(b.since_fix_m) ? a.since_fix_m
                   : std::isinf(a.since_fix_m)                            ? b.since_fix_m
                   : std::isinf(b.since_fix_m)                            ? a.since_fix_m
-                                              : share * a.since_fix_m + rest * b.since_fix_m;
+                                                                         : share * a.since_fix_m + rest * b.since_fix_m;
   m.filter_m2 = share * a.filter_m2 + rest * b.filter_m2;
   m.drift = share * a.drift + rest * b.drift;
   m.bias = share * a.bias + rest * b.bias;
-  m.noise_m2 = share * a.noise_m2 + rest * b.noise_m2 +
-               share * rest * (drift * drift.transpose() + bias * bias.transpose());
+  m.noise_m2 =
+      share * a.noise_m2 + rest * b.noise_m2 + share * rest * (drift * drift.transpose() + bias * bias.transpose());
   return m;
 }
 

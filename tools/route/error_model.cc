@@ -28,7 +28,8 @@ ErrorModel error_model(const fly::FlightOptions& options) {
   const double d = sensors.odometry_drift, heading = sensors.heading_bias_rad;
   ErrorModel model;
   // Both axes: grid drift, scale, direction, heading.
-  model.drift_share = std::sqrt((d * d * (kGridShare * kGridShare + 2 * kBodyShare * kBodyShare) + heading * heading) / 2);
+  model.drift_share =
+      std::sqrt((d * d * (kGridShare * kGridShare + 2 * kBodyShare * kBodyShare) + heading * heading) / 2);
   model.noise_m2_per_m = kOdometryNoisePerRootMetre * kOdometryNoisePerRootMetre;
   model.attitude_noise_rad = sensors.attitude_noise_rad;
   model.attitude_bias_rad = sensors.attitude_bias_rad;
@@ -71,7 +72,8 @@ View view_at(const NavigabilityMap& map, const Vehicle& vehicle, double east_m, 
 }
 
 double search_m(const Vehicle& vehicle, double filter_sigma_m, double agl_m) {
-  const double wanted = kSearchSigmas * filter_sigma_m + kAttitudeSearchSigmas * vehicle.errors.attitude_noise_rad * agl_m;
+  const double wanted =
+      kSearchSigmas * filter_sigma_m + kAttitudeSearchSigmas * vehicle.errors.attitude_noise_rad * agl_m;
   double search = kLeastSearchM;
   while (search < wanted && search < kLargestSearchM) search *= 2;
   return search;

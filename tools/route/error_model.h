@@ -1,5 +1,5 @@
-// What makes a position wrong in flight and what the filter is told about it, as numbers: drift of odometry, errors of a
-// fix, how far images are independent of each other. The same model as the simulator flies (tools/fly) and the
+// What makes a position wrong in flight and what the filter is told about it, as numbers: drift of odometry, errors of
+// a fix, how far images are independent of each other. The same model as the simulator flies (tools/fly) and the
 // localizer assumes (runtime/nav/localizer.h), reduced to what is linear.
 #pragma once
 

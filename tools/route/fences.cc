@@ -24,9 +24,10 @@ Eigen::Vector2d grid(const mission::Mission& mission, const tiles::Zone& zone, c
   constexpr double kRadians = M_PI / 180;
   const auto place = tiles::grid_from_geodetic(zone, {p.latitude_deg * kRadians, p.longitude_deg * kRadians});
   if (!place) {
-    throw Error(ExitCode::kNoData, fmt::format("{}: expected a fence in reach of the map's zone {}, found latitude {:.6f}, "
-                                               "longitude {:.6f}; choose the map of this area",
-                                               mission.file, zone.number, p.latitude_deg, p.longitude_deg));
+    throw Error(ExitCode::kNoData,
+                fmt::format("{}: expected a fence in reach of the map's zone {}, found latitude {:.6f}, "
+                            "longitude {:.6f}; choose the map of this area",
+                            mission.file, zone.number, p.latitude_deg, p.longitude_deg));
   }
   return {place->east_m, place->north_m};
 }
@@ -70,7 +71,8 @@ bool Fences::allow(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const
   const bg::model::box<Point> box = bg::return_envelope<bg::model::box<Point>>(line);
   const auto crosses = [&](const Area& a) { return bg::intersects(box, a.box) && bg::intersects(line, a.shape); };
   const auto holds = [&](const Area& a) {
-    return bg::covered_by(line.front(), a.shape) && bg::covered_by(line.back(), a.shape) && bg::covered_by(line, a.shape);
+    return bg::covered_by(line.front(), a.shape) && bg::covered_by(line.back(), a.shape) &&
+           bg::covered_by(line, a.shape);
   };
   return std::none_of(exclusions_.begin(), exclusions_.end(), crosses) &&
          (inclusions_.empty() || std::any_of(inclusions_.begin(), inclusions_.end(), holds));

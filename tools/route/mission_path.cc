@@ -21,8 +21,8 @@ class Builder {
  public:
   Builder(const mission::Mission& mission, const tiles::Zone& zone, const Heights& heights, const PathOptions& options)
       : mission_(mission), zone_(zone), heights_(heights), options_(options) {
-    speed_mps_ = options.speed_mps.value_or(
-        mission.cruise_speed_mps.value_or(mission.hover_speed_mps.value_or(kUsualSpeedMps)));
+    speed_mps_ =
+        options.speed_mps.value_or(mission.cruise_speed_mps.value_or(mission.hover_speed_mps.value_or(kUsualSpeedMps)));
   }
 
   Path path() {
@@ -44,9 +44,10 @@ class Builder {
     constexpr double kRadians = M_PI / 180;
     const auto place = tiles::grid_from_geodetic(zone_, {p.latitude_deg * kRadians, p.longitude_deg * kRadians});
     if (!place) {
-      refuse(ExitCode::kNoData, fmt::format("{}: expected a place in reach of the map's zone {}, found latitude {:.6f}, "
-                                            "longitude {:.6f}; choose the map of this area",
-                                            name, zone_.number, p.latitude_deg, p.longitude_deg));
+      refuse(ExitCode::kNoData,
+             fmt::format("{}: expected a place in reach of the map's zone {}, found latitude {:.6f}, "
+                         "longitude {:.6f}; choose the map of this area",
+                         name, zone_.number, p.latitude_deg, p.longitude_deg));
     }
     return {place->east_m, place->north_m};
   }
@@ -55,16 +56,18 @@ class Builder {
                 const std::string& name) const {
     const std::optional<double> height = function(place.x(), place.y());
     if (!height) {
-      refuse(ExitCode::kNoData, fmt::format("{}: its altitude needs {} there, which is not known; use a map that covers "
-                                            "it, or give altitudes above ground",
-                                            name, what));
+      refuse(ExitCode::kNoData,
+             fmt::format("{}: its altitude needs {} there, which is not known; use a map that covers "
+                         "it, or give altitudes above ground",
+                         name, what));
     }
     return *height;
   }
 
   /// Height of home above the ellipsoid. An altitude of home above sea level counts before that of the ground.
   double home_height(const std::string& name) const {
-    if (!mission_.home) refuse(ExitCode::kBadInput, fmt::format("{}: expected a home for an altitude above home", name));
+    if (!mission_.home)
+      refuse(ExitCode::kBadInput, fmt::format("{}: expected a home for an altitude above home", name));
     const Eigen::Vector2d place = grid(mission_.home->position, "home");
     const mission::Altitude& altitude = mission_.home->altitude;
     if (altitude.reference == AltitudeReference::kEllipsoid) return altitude.m;
@@ -141,7 +144,7 @@ class Builder {
     if (w.turns > 0) circle(w, name);
   }
 
-  /// Circles about the waypoint, as a polygon that starts and ends at the waypoint itself.
+  /// Circles about the waypoint, as a polygon: from the waypoint to its rim, and around.
   void circle(const mission::Waypoint& w, const std::string& name) {
     const Vertex centre = vertices_.back();
     const double radius_m = w.radius_m != 0 ? w.radius_m : options_.loiter_radius_m;

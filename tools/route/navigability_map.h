@@ -14,7 +14,7 @@ namespace landfix::route {
 enum Reason : uint32_t {
   kOffMap = 1 << 0,
   kNoImage = 1 << 1,  ///< the map knows nothing of the place
-  kTooLow = 1 << 2,  ///< the camera sees too little ground
+  kTooLow = 1 << 2,   ///< the camera sees too little ground
   kWater = 1 << 3,
   kUniformField = 1 << 4,
   kForest = 1 << 5,
@@ -34,10 +34,11 @@ struct Repeat {
 };
 
 struct Navigability {
-  double fix_probability = 0;                            ///< that an image gives a true fix which passes the gate
-  double false_probability = 0;                          ///< that it gives a false fix which passes the gate
-  Eigen::Matrix2d covariance_m2 = Eigen::Matrix2d::Identity();  ///< of a true fix (east, north), without the attitude's share
-  double gsd_m = 0;  ///< of the map's level that the covariance was stated for; 0: not known
+  double fix_probability = 0;    ///< that an image gives a true fix which passes the gate
+  double false_probability = 0;  ///< that it gives a false fix which passes the gate
+  Eigen::Matrix2d covariance_m2 =
+      Eigen::Matrix2d::Identity();  ///< of a true fix (east, north), without the attitude's share
+  double gsd_m = 0;                 ///< of the map's level that the covariance was stated for; 0: not known
   uint32_t reasons = 0;
   std::optional<Repeat> repeat;  ///< with kRepeats
 };
@@ -48,7 +49,9 @@ std::string words(uint32_t reasons, const std::optional<Repeat>& repeat = std::n
 /// A rectangle of the grid.
 struct Extent {
   double west_m = 0, south_m = 0, east_m = 0, north_m = 0;
-  bool holds(double x_m, double y_m) const { return x_m >= west_m && x_m <= east_m && y_m >= south_m && y_m <= north_m; }
+  bool holds(double x_m, double y_m) const {
+    return x_m >= west_m && x_m <= east_m && y_m >= south_m && y_m <= north_m;
+  }
 };
 
 class NavigabilityMap {
@@ -65,8 +68,8 @@ class NavigabilityMap {
 /// A map that is a function; nothing is known outside of its extent.
 class FunctionMap : public NavigabilityMap {
  public:
-  using Function = std::function<std::optional<Navigability>(double east_m, double north_m, double footprint_m,
-                                                             double search_m)>;
+  using Function =
+      std::function<std::optional<Navigability>(double east_m, double north_m, double footprint_m, double search_m)>;
   FunctionMap(const Extent& extent, Function function) : extent_(extent), function_(std::move(function)) {}
 
   std::optional<Navigability> at(double east_m, double north_m, double footprint_m, double search_m) const override {

@@ -29,7 +29,8 @@ Navigability from_node(const tiles::Navigability& node) {
   Navigability n;
   n.fix_probability = node.fix_probability[size_t(tiles::Finder::kAuto)];
   n.false_probability = std::min(node.false_probability, 1 - n.fix_probability);
-  const Eigen::Vector2d along(std::sin(node.direction_rad), std::cos(node.direction_rad)), across(along.y(), -along.x());
+  const Eigen::Vector2d along(std::sin(node.direction_rad), std::cos(node.direction_rad)),
+      across(along.y(), -along.x());
   n.covariance_m2 = node.major_m * node.major_m * along * along.transpose() +
                     node.minor_m * node.minor_m * across * across.transpose();
   for (const auto& [in_file, here] : kReasonTable)
@@ -52,11 +53,13 @@ class PackNavigability : public NavigabilityMap {
   PackNavigability(const Pack& pack, const std::string& path) {
     for (const tiles::Footprint& footprint : tools::footprints_of(pack)) maps_.emplace_back(pack, footprint, path);
     if (maps_.empty()) {
-      throw Error(ExitCode::kNoData, path + ": expected a pack with navigability, found none in it; build it with "
-                                            "--navigability VIEW/SEARCH");
+      throw Error(ExitCode::kNoData, path +
+                                         ": expected a pack with navigability, found none in it; build it with "
+                                         "--navigability VIEW/SEARCH");
     }
     for (const tools::NavigabilityMap& map : maps_)
-      if (views_m_.empty() || views_m_.back() < map.footprint().template_m) views_m_.push_back(map.footprint().template_m);
+      if (views_m_.empty() || views_m_.back() < map.footprint().template_m)
+        views_m_.push_back(map.footprint().template_m);
   }
 
   std::optional<Navigability> at(double east_m, double north_m, double footprint_m, double search_m) const override {

@@ -11,6 +11,7 @@ namespace landfix::route {
 namespace {
 
 constexpr double kGroundCheckStepM = 25;
+constexpr double kMostImages = 20'000;
 
 }  // namespace
 
@@ -40,8 +41,8 @@ Path::Path(std::string name, std::vector<Vertex> vertices, std::vector<Leg> legs
   }
   if (!(distance_m > 0)) {
     throw Error(ExitCode::kBadInput,
-                fmt::format("{}: expected at least two different places on the route, found {}; nothing is flown", name_,
-                            vertices_.size()));
+                fmt::format("{}: expected at least two different places on the route, found {}; nothing is flown",
+                            name_, vertices_.size()));
   }
   for (const Vertex& v : vertices_) {
     const std::optional<double> ground = heights_.ground_m(v.place.x(), v.place.y());
@@ -91,15 +92,16 @@ void Path::refuse_ground() const {
   for (double d = 0; d < length_m() + step_m; d += step_m) {
     const Station s = at(d);
     if (!s.known_ground || s.agl_m >= 0) continue;
-    throw Error(ExitCode::kBadInput,
-                fmt::format("{}: {}: expected a route above the ground, found it {:.0f} m below ({:.0f} m after the start, "
-                            "at {:.0f} m above the ellipsoid); fly higher, or check what the altitudes are counted from",
-                            name_, legs_[s.leg].name, -s.agl_m, s.distance_m, s.height_m));
+    throw Error(
+        ExitCode::kBadInput,
+        fmt::format("{}: {}: expected a route above the ground, found it {:.0f} m below ({:.0f} m after the start, "
+                    "at {:.0f} m above the ellipsoid); fly higher, or check what the altitudes are counted from",
+                    name_, legs_[s.leg].name, -s.agl_m, s.distance_m, s.height_m));
   }
 }
 
-Path path_through(const std::string& name, const std::vector<Eigen::Vector2d>& points, double level_m, bool above_ground,
-                  double speed_mps, const Heights& heights) {
+Path path_through(const std::string& name, const std::vector<Eigen::Vector2d>& points, double level_m,
+                  bool above_ground, double speed_mps, const Heights& heights) {
   std::vector<Vertex> vertices;
   std::vector<Leg> legs;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -127,8 +129,8 @@ const View& Image::view(double filter_sigma_m) const {
       .first->second;
 }
 
-std::vector<Image> images_along(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle, size_t most) {
-  const double least_m = path.length_m() / double(most);
+std::vector<Image> images_along(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle, double least_m) {
+  least_m = std::max(least_m, path.length_m() / kMostImages);
   std::vector<Image> images;
   bool on_map = false;
   for (double d = 0; d < path.length_m();) {
@@ -143,10 +145,11 @@ std::vector<Image> images_along(const Path& path, const NavigabilityMap& map, co
   if (!on_map) {
     const Extent e = map.extent();
     const Station s = path.at(0);
-    throw Error(ExitCode::kNoData,
-                fmt::format("{}: expected a route on the map (east {:.0f} to {:.0f}, north {:.0f} to {:.0f}), found none of "
-                            "it there (it starts at east {:.0f}, north {:.0f}); choose the map of this area",
-                            path.name(), e.west_m, e.east_m, e.south_m, e.north_m, s.east_m, s.north_m));
+    throw Error(
+        ExitCode::kNoData,
+        fmt::format("{}: expected a route on the map (east {:.0f} to {:.0f}, north {:.0f} to {:.0f}), found none of "
+                    "it there (it starts at east {:.0f}, north {:.0f}); choose the map of this area",
+                    path.name(), e.west_m, e.east_m, e.south_m, e.north_m, s.east_m, s.north_m));
   }
   return images;
 }

@@ -41,12 +41,12 @@ struct Leg {
 
 struct Vertex {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
-  double level_m = 0;         ///< above ground, or above the ellipsoid
+  double level_m = 0;  ///< above ground, or above the ellipsoid
   bool above_ground = false;
-  double speed_mps = 15;      ///< of the leg that leads here
-  double hold_s = 0;          ///< spent here
-  size_t leg = 0;             ///< that ends here
-  bool may_touch = false;     ///< the leg that leads here, or starts here, may meet the ground: take-off and landing
+  double speed_mps = 15;   ///< of the leg that leads here
+  double hold_s = 0;       ///< spent here
+  size_t leg = 0;          ///< that ends here
+  bool may_touch = false;  ///< the leg that leads here, or starts here, may meet the ground: take-off and landing
 };
 
 /// Immutable. Turns are corners.
@@ -76,10 +76,10 @@ class Path {
 };
 
 struct PathOptions {
-  std::optional<double> agl_m;        ///< where the file gives no altitude
+  std::optional<double> agl_m;          ///< where the file gives no altitude
   std::optional<double> instead_agl_m;  ///< of the whole route, whatever the file says
-  std::optional<double> speed_mps;    ///< of the whole route, whatever the file says
-  double loiter_radius_m = 50;        ///< of circles whose radius the file leaves to the vehicle
+  std::optional<double> speed_mps;      ///< of the whole route, whatever the file says
+  double loiter_radius_m = 50;          ///< of circles whose radius the file leaves to the vehicle
 };
 
 /// The path of a mission as it is flown (mission::flown). Airspeed is taken as ground speed. Where nothing commands a
@@ -90,8 +90,8 @@ Path path_of(const mission::Mission& mission, const tiles::Zone& zone, const Hei
              const PathOptions& options = {});
 
 /// A path through points (east, north) at one level.
-Path path_through(const std::string& name, const std::vector<Eigen::Vector2d>& points, double level_m, bool above_ground,
-                  double speed_mps, const Heights& heights);
+Path path_through(const std::string& name, const std::vector<Eigen::Vector2d>& points, double level_m,
+                  bool above_ground, double speed_mps, const Heights& heights);
 
 /// An image taken on a path, with what it offers to filters of any uncertainty.
 class Image {
@@ -113,10 +113,10 @@ class Image {
   mutable std::map<double, View> views_;
 };
 
-/// The images of a flight along a path, by distance; their spacing is widened where there were more than `most`. The
-/// first is taken one spacing after the start. Both referred to must outlive the images. Throws Error (kNoData) where
-/// no part of the path lies on the map.
+/// The images of a flight along a path, by distance, no nearer to each other than `least_m` and no more than 20 000.
+/// The first is taken one spacing after the start. Both referred to must outlive the images. Throws Error (kNoData)
+/// where no part of the path lies on the map.
 std::vector<Image> images_along(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle,
-                                size_t most = 20000);
+                                double least_m = 0);
 
 }  // namespace landfix::route

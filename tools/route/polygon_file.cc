@@ -25,9 +25,10 @@ Polygon ring_of(const JsonNode& ring, const tiles::Zone& zone) {
     const auto place =
         tiles::grid_from_geodetic(zone, {position.at(1).number() * kRadians, position.at(0).number() * kRadians});
     if (!place) {
-      throw Error(ExitCode::kNoData, fmt::format("{}: {}: expected a place in reach of the map's zone {}; choose the map of "
-                                                 "this area",
-                                                 ring.file(), position.path(), zone.number));
+      throw Error(ExitCode::kNoData,
+                  fmt::format("{}: {}: expected a place in reach of the map's zone {}; choose the map of "
+                              "this area",
+                              ring.file(), position.path(), zone.number));
     }
     polygon.push_back({place->east_m, place->north_m});
   }

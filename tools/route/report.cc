@@ -15,7 +15,7 @@
 namespace landfix::route {
 namespace {
 
-constexpr int kMapPx = 900, kRasterPx = 300;       ///< longer side as shown, and as computed
+constexpr int kMapPx = 900, kRasterPx = 300;  ///< longer side as shown, and as computed
 constexpr int kProfileWidthPx = 900, kProfileHeightPx = 240, kMarginPx = 50;
 constexpr double kMapMarginShare = 0.12, kLeastMarginM = 300;
 constexpr size_t kMostProfilePoints = 1500;
@@ -122,30 +122,34 @@ std::string polyline(const RouteScore& route, const X& x, const Y& y, const std:
 std::string scale_bar(const Frame& frame) {
   const double length_m = tools::round_length(0.25 * (frame.east_m - frame.west_m)), px = length_m * frame.px_per_m;
   const double y = frame.height_px() - 16;
-  return fmt::format("<path d=\"M16 {0:.1f}h{1:.1f}\" stroke=\"#000\" stroke-width=\"7\"/>"
-                     "<path d=\"M16 {0:.1f}h{1:.1f}\" stroke=\"#fff\" stroke-width=\"4\"/>"
-                     "<text x=\"20\" y=\"{2:.1f}\" class=\"on\">{3:g} m</text>\n",
-                     y, px, y - 8, length_m);
+  return fmt::format(
+      "<path d=\"M16 {0:.1f}h{1:.1f}\" stroke=\"#000\" stroke-width=\"7\"/>"
+      "<path d=\"M16 {0:.1f}h{1:.1f}\" stroke=\"#fff\" stroke-width=\"4\"/>"
+      "<text x=\"20\" y=\"{2:.1f}\" class=\"on\">{3:g} m</text>\n",
+      y, px, y - 8, length_m);
 }
 
 std::string map_svg(const ReportInput& input, const NavigabilityMap& map, const Vehicle& vehicle) {
   const Frame frame(input.routes);
-  std::string svg = fmt::format("<svg width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\">\n",
-                                frame.width_px(), frame.height_px());
-  svg += fmt::format("<image width=\"{:.1f}\" height=\"{:.1f}\" preserveAspectRatio=\"none\" style=\"image-rendering:"
-                     "pixelated\" href=\"{}\"/>\n",
-                     frame.width_px(), frame.height_px(),
-                     png(navigability_picture(frame, map, vehicle, input.routes[0]->mean_agl_m)));
+  std::string svg =
+      fmt::format("<svg width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\">\n",
+                  frame.width_px(), frame.height_px());
+  svg += fmt::format(
+      "<image width=\"{:.1f}\" height=\"{:.1f}\" preserveAspectRatio=\"none\" style=\"image-rendering:"
+      "pixelated\" href=\"{}\"/>\n",
+      frame.width_px(), frame.height_px(), png(navigability_picture(frame, map, vehicle, input.routes[0]->mean_agl_m)));
   const auto x = [&](const ScoredPoint& p) { return frame.x(p.station.east_m); };
   const auto y = [&](const ScoredPoint& p) { return frame.y(p.station.north_m); };
   for (size_t i = 0; i < input.routes.size(); ++i) {
     const RouteScore& route = *input.routes[i];
     svg += polyline(route, x, y, "stroke=\"#000\" stroke-width=\"6\" stroke-linejoin=\"round\"");
-    svg += polyline(route, x, y, fmt::format("stroke=\"{}\" stroke-width=\"3\" stroke-linejoin=\"round\"", kColours[i]));
+    svg +=
+        polyline(route, x, y, fmt::format("stroke=\"{}\" stroke-width=\"3\" stroke-linejoin=\"round\"", kColours[i]));
     if (route.met) continue;
     RouteScore missing;
     for (const ScoredPoint& p : route.points)
-      if (p.station.distance_m >= route.worst.start_m && p.station.distance_m <= route.worst.end_m) missing.points.push_back(p);
+      if (p.station.distance_m >= route.worst.start_m && p.station.distance_m <= route.worst.end_m)
+        missing.points.push_back(p);
     svg += polyline(missing, x, y, "stroke=\"#d00000\" stroke-width=\"3\" stroke-dasharray=\"7 5\"");
   }
   return svg + scale_bar(frame) + "</svg>\n";
@@ -164,7 +168,8 @@ std::string profile_svg(const RouteScore& route) {
   const auto x = [&](const ScoredPoint& p) { return across(p.station.distance_m); };
   std::string svg = fmt::format("<svg width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" role=\"img\">\n",
                                 kProfileWidthPx, kProfileHeightPx);
-  svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"#f7f7f7\"/>\n", kLeft, kTop, kWidth, kPlot);
+  svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"#f7f7f7\"/>\n", kLeft, kTop, kWidth,
+                     kPlot);
   const double tick_m = tools::round_length(most_m / 3), step_m = tools::round_length(route.length_m / 5);
   for (double v = 0; v <= most_m; v += tick_m) {
     svg += fmt::format("<path d=\"M{} {:.1f}h{}\" stroke=\"#ddd\"/>\n", kLeft, up(v), kWidth);
@@ -174,8 +179,10 @@ std::string profile_svg(const RouteScore& route) {
     svg += axis_text(across(d), kTop + kPlot + kStrip + 26, fmt::format("{:g} km", d / 1000), "middle");
   svg += fmt::format("<path d=\"M{} {:.1f}h{}\" stroke=\"#d00000\" stroke-dasharray=\"6 4\"/>\n", kLeft,
                      up(route.requirement.radius_m), kWidth);
-  svg += polyline(route, x, [&](const ScoredPoint& p) { return up(p.radius_m); }, "stroke=\"#0072b2\" stroke-width=\"2\"");
-  svg += polyline(route, x, [&](const ScoredPoint& p) { return up(p.rms_m); }, "stroke=\"#777\" stroke-width=\"1.5\"");
+  svg += polyline(
+      route, x, [&](const ScoredPoint& p) { return up(p.radius_m); }, "stroke=\"#0072b2\" stroke-width=\"2\"");
+  svg += polyline(
+      route, x, [&](const ScoredPoint& p) { return up(p.rms_m); }, "stroke=\"#777\" stroke-width=\"1.5\"");
   cv::Mat levels(1, int(kWidth), CV_8UC1), colours;
   for (int i = 0; i < levels.cols; ++i) {
     const double d = (i + 0.5) / levels.cols * route.length_m;
@@ -190,25 +197,29 @@ std::string profile_svg(const RouteScore& route) {
 }
 
 std::string legs_table(const RouteScore& route) {
-  std::string html = fmt::format("<table><tr><th>leg to</th><th>length</th><th>largest rms</th><th>largest at {:g} %</th>"
-                                 "<th>fixes</th><th>meeting</th><th>why</th></tr>\n",
-                                 100 * route.requirement.confidence);
+  std::string html = fmt::format(
+      "<table><tr><th>leg to</th><th>length</th><th>largest rms</th><th>largest at {:g} %</th>"
+      "<th>fixes</th><th>meeting</th><th>why</th></tr>\n",
+      100 * route.requirement.confidence);
   for (const LegScore& l : route.legs) {
-    html += fmt::format("<tr><td>{}</td><td>{:.0f} m</td><td>{:.1f} m</td><td>{:.1f} m</td><td>{:.0f} %</td><td>{:.1f} %</td>"
-                        "<td>{}</td></tr>\n",
-                        escaped(l.leg.name), l.leg.end_m - l.leg.start_m, l.rms_m, l.radius_m, 100 * l.fix_probability,
-                        100 * l.meeting, escaped(l.reason));
+    html += fmt::format(
+        "<tr><td>{}</td><td>{:.0f} m</td><td>{:.1f} m</td><td>{:.1f} m</td><td>{:.0f} %</td><td>{:.1f} %</td>"
+        "<td>{}</td></tr>\n",
+        escaped(l.leg.name), l.leg.end_m - l.leg.start_m, l.rms_m, l.radius_m, 100 * l.fix_probability, 100 * l.meeting,
+        escaped(l.reason));
   }
   return html + "</table>\n";
 }
 
 std::string summary_row(const RouteScore& r, const char* colour) {
-  return fmt::format("<tr><td><span class=\"swatch\" style=\"background:{}\"></span>{}</td><td>{:.2f} km</td><td>{:.1f} m</td>"
-                     "<td>{:.1f} m</td><td>{:.1f} %</td><td>{:.1f} %</td><td>{:.0f} m, {:.0f} s</td><td>{:.1f} %</td>"
-                     "<td>{}</td></tr>\n",
-                     colour, escaped(r.name), r.length_m / 1000, r.rms_m, r.largest_radius_m, 100 * r.meeting,
-                     100 * r.within, r.longest_gap.length_m(), r.longest_gap.duration_s(), 100 * r.in_corridor,
-                     r.met ? "met" : "not met: " + escaped(r.worst.reason));
+  return fmt::format(
+      "<tr><td><span class=\"swatch\" style=\"background:{}\"></span>{}</td><td>{:.2f} km</td><td>{:.1f} m</td>"
+      "<td>{:.1f} m</td><td>{:.1f} %</td><td>{:.1f} %</td><td>{:.0f} m, {:.0f} s</td><td>{}</td>"
+      "<td>{}</td></tr>\n",
+      colour, escaped(r.name), r.length_m / 1000, r.rms_m, r.largest_radius_m, 100 * r.meeting, 100 * r.within,
+      r.longest_gap.length_m(), r.longest_gap.duration_s(),
+      r.in_corridor ? fmt::format("{:.1f} %", 100 * *r.in_corridor) : "–",
+      r.met ? "met" : "not met: " + escaped(r.worst.reason));
 }
 
 std::string summary_table(const ReportInput& input) {
@@ -225,8 +236,8 @@ std::string legend() {
   cv::Mat ramp(1, 256, CV_8UC1), colours;
   for (int i = 0; i < 256; ++i) ramp.at<uchar>(0, i) = uchar(i);
   cv::applyColorMap(ramp, colours, cv::COLORMAP_VIRIDIS);
-  return "<p class=\"legend\">chance of a fix per image: 0 <img alt=\"\" width=\"256\" height=\"14\" src=\"" + png(colours) +
-         "\"> 1; gray: unknown; red dashes: worst stretch that misses the requirement</p>\n";
+  return "<p class=\"legend\">chance of a fix per image: 0 <img alt=\"\" width=\"256\" height=\"14\" src=\"" +
+         png(colours) + "\"> 1; gray: unknown; red dashes: worst stretch that misses the requirement</p>\n";
 }
 
 constexpr char kStyle[] =
@@ -248,9 +259,10 @@ std::string html_report(const ReportInput& input, const NavigabilityMap& map, co
   if (!input.explanation.empty()) html += "<p><strong>" + escaped(input.explanation) + "</strong></p>\n";
   html += summary_table(input) + map_svg(input, map, vehicle) + legend();
   for (const RouteScore* route : input.routes) {
-    html += fmt::format("<h2>{}</h2>\n<p>Position error that is not exceeded with {:g} % (blue) and root mean square (gray) "
-                        "along the route; dashed: {:g} m; below: chance of a fix.</p>\n",
-                        escaped(route->name), 100 * route->requirement.confidence, route->requirement.radius_m);
+    html += fmt::format(
+        "<h2>{}</h2>\n<p>Position error that is not exceeded with {:g} % (blue) and root mean square (gray) "
+        "along the route; dashed: {:g} m; below: chance of a fix.</p>\n",
+        escaped(route->name), 100 * route->requirement.confidence, route->requirement.radius_m);
     html += profile_svg(*route) + legs_table(*route);
   }
   return html + "</body></html>\n";

@@ -1,5 +1,5 @@
-// A report for people: one HTML file that needs nothing else, with a map of the navigability under the routes, profiles of
-// the uncertainty and a table of the legs.
+// A report for people: one HTML file that needs nothing else, with a map of the navigability under the routes, profiles
+// of the uncertainty and a table of the legs.
 #pragma once
 
 #include <string>

@@ -18,7 +18,7 @@ namespace {
 constexpr double kPoorFix = 0.5;       ///< below it no fix is expected of an image
 constexpr double kWorstShare = 0.9;    ///< of the largest radius, where all of the route meets the requirement
 constexpr double kTellingShare = 0.2;  ///< of the poor length that a reason must hold for to be named
-constexpr size_t kDrawnImages = 4000;  ///< of the flights that are drawn
+constexpr double kDrawnImages = 4000;  ///< of the flights that are drawn
 
 /// What is said about the points that are poor.
 class Reasons {
@@ -166,8 +166,8 @@ Requirement parse_requirement(const std::string& text) {
   const auto first = std::from_chars(text.data(), end, radius);
   const bool middle = first.ec == std::errc() && std::string_view(first.ptr, end).starts_with("m@");
   const auto second = middle ? std::from_chars(first.ptr + 2, end, percent) : first;
-  if (!middle || second.ec != std::errc() || std::string_view(second.ptr, end) != "%" || !(radius > 0 && radius < 1e6) ||
-      !(percent > 0 && percent < 100)) {
+  if (!middle || second.ec != std::errc() || std::string_view(second.ptr, end) != "%" ||
+      !(radius > 0 && radius < 1e6) || !(percent > 0 && percent < 100)) {
     throw Error(ExitCode::kUsage, fmt::format("expected a requirement like 10m@95%, found \"{}\"", text));
   }
   return {radius, percent / 100};
@@ -191,7 +191,7 @@ RouteScore score(const Path& path, const NavigabilityMap& map, const Vehicle& ve
   score.longest_gap = longest_gap(score);
   score.corridor_m = options.corridor_m;
   if (options.flights > 0) {
-    const Flights flights = simulate(images_along(path, map, vehicle, kDrawnImages), vehicle,
+    const Flights flights = simulate(images_along(path, map, vehicle, path.length_m() / kDrawnImages), vehicle,
                                      {options.flights, options.seed, options.requirement.radius_m, options.corridor_m});
     score.in_corridor = flights.in_corridor;
     score.corridor_error = std::sqrt(flights.in_corridor * (1 - flights.in_corridor) / options.flights);

@@ -48,10 +48,10 @@ struct Stretch {
 
 struct LegScore {
   Leg leg;
-  double rms_m = 0, radius_m = 0;    ///< largest
-  double fix_probability = 0;        ///< mean
-  double meeting = 0;                ///< share of its length that meets the requirement
-  std::string reason;                ///< of what is poor in it
+  double rms_m = 0, radius_m = 0;  ///< largest
+  double fix_probability = 0;      ///< mean
+  double meeting = 0;              ///< share of its length that meets the requirement
+  std::string reason;              ///< of what is poor in it
 };
 
 struct RouteScore {
@@ -61,20 +61,23 @@ struct RouteScore {
   double mean_agl_m = 0, footprint_m = 0;  ///< of the mean height
   std::vector<ScoredPoint> points;
   std::vector<LegScore> legs;
-  double rms_m = 0;          ///< over the whole route
+  double rms_m = 0;  ///< over the whole route
   double largest_rms_m = 0, largest_radius_m = 0;
-  double meeting = 0;        ///< share of the route where the error stays within the radius with the required confidence
-  double within = 0;         ///< expected share of the time in which the error is below the radius
-  double on_map = 0;         ///< share of the route of which the map knows something
-  bool met = false;          ///< everywhere
-  Stretch worst;             ///< around the largest radius: not meeting, or where all meet at least 0.9 times that radius
-  Stretch longest_gap;       ///< images with a chance of a fix below one half; of no length where there are none
-  double corridor_m = 0, in_corridor = 0;  ///< chance never to leave it
-  double corridor_error = 0;               ///< standard error of that chance
+  double meeting = 0;   ///< share of the route where the error stays within the radius with the required confidence
+  double within = 0;    ///< expected share of the time in which the error is below the radius
+  double on_map = 0;    ///< share of the route of which the map knows something
+  bool met = false;     ///< everywhere
+  Stretch worst;        ///< around the largest radius: not meeting, or where all meet at least 0.9 times that radius
+  Stretch longest_gap;  ///< images with a chance of a fix below one half; of no length where there are none
+  double corridor_m = 0;
+  std::optional<double> in_corridor;  ///< chance never to leave it; where asked for
+  double corridor_error = 0;          ///< standard error of that chance
 };
 
-/// Throws Error (kNoData) where no part of the path lies on the map. A path partly on it is scored: elsewhere there are no fixes.
-RouteScore score(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle, const ScoreOptions& options = {});
+/// Throws Error (kNoData) where no part of the path lies on the map. A path partly on it is scored: elsewhere there are
+/// no fixes.
+RouteScore score(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle,
+                 const ScoreOptions& options = {});
 
 /// Numbers to the millimetre; at most `most_points` points, evenly chosen; places in degrees.
 nlohmann::ordered_json to_json(const RouteScore& score, const tiles::Zone& zone, size_t most_points = 2000);

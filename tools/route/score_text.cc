@@ -14,9 +14,9 @@ using Json = nlohmann::ordered_json;
 double rounded(double value) { return std::round(value * 1000) / 1000; }
 
 Json stretch_json(const Stretch& s) {
-  return {{"start_m", rounded(s.start_m)},     {"end_m", rounded(s.end_m)},   {"length_m", rounded(s.length_m())},
-          {"start_s", rounded(s.start_s)},     {"end_s", rounded(s.end_s)},   {"duration_s", rounded(s.duration_s())},
-          {"radius_m", rounded(s.radius_m)},   {"reason", s.reason}};
+  return {{"start_m", rounded(s.start_m)},   {"end_m", rounded(s.end_m)}, {"length_m", rounded(s.length_m())},
+          {"start_s", rounded(s.start_s)},   {"end_s", rounded(s.end_s)}, {"duration_s", rounded(s.duration_s())},
+          {"radius_m", rounded(s.radius_m)}, {"reason", s.reason}};
 }
 
 Json leg_json(const LegScore& l) {
@@ -44,7 +44,8 @@ Json point_json(const ScoredPoint& p, const tiles::Zone& zone) {
                {"rms_m", rounded(p.rms_m)},
                {"radius_m", rounded(p.radius_m)},
                {"within", rounded(p.within)}};
-  json["covariance_m2"] = {rounded(p.covariance_m2(0, 0)), rounded(p.covariance_m2(0, 1)), rounded(p.covariance_m2(1, 1))};
+  json["covariance_m2"] = {rounded(p.covariance_m2(0, 0)), rounded(p.covariance_m2(0, 1)),
+                           rounded(p.covariance_m2(1, 1))};
   json["reasons"] = words(p.reasons, p.repeat);
   return json;
 }
@@ -72,10 +73,12 @@ Json to_json(const RouteScore& s, const tiles::Zone& zone, size_t most_points) {
                {"expected_share_within", rounded(s.within)},
                {"share_on_map", rounded(s.on_map)},
                {"worst_stretch", stretch_json(s.worst)},
-               {"longest_gap", stretch_json(s.longest_gap)},
-               {"corridor_half_width_m", s.corridor_m},
-               {"chance_in_corridor", rounded(s.in_corridor)},
-               {"chance_in_corridor_standard_error", rounded(s.corridor_error)}};
+               {"longest_gap", stretch_json(s.longest_gap)}};
+  if (s.in_corridor) {
+    json["corridor_half_width_m"] = s.corridor_m;
+    json["chance_in_corridor"] = rounded(*s.in_corridor);
+    json["chance_in_corridor_standard_error"] = rounded(s.corridor_error);
+  }
   json["legs"] = Json::array();
   for (const LegScore& leg : s.legs) json["legs"].push_back(leg_json(leg));
   json["points"] = Json::array();
@@ -95,16 +98,20 @@ std::string to_text(const RouteScore& s) {
                         l.leg.end_m - l.leg.start_m, l.rms_m, l.radius_m, 100 * l.fix_probability, 100 * l.meeting,
                         l.reason);
   }
-  text += fmt::format("\nrequired {:g} m at {:g} %: {} ({:.1f} % of the route; {:.1f} % of the time below {:g} m expected)\n",
-                      s.requirement.radius_m, percent, s.met ? "met" : "not met", 100 * s.meeting, 100 * s.within,
-                      s.requirement.radius_m);
-  text += fmt::format("largest error: {:.1f} m rms, {:.1f} m at {:g} %\n", s.largest_rms_m, s.largest_radius_m, percent);
+  text += fmt::format(
+      "\nrequired {:g} m at {:g} %: {} ({:.1f} % of the route; {:.1f} % of the time below {:g} m expected)\n",
+      s.requirement.radius_m, percent, s.met ? "met" : "not met", 100 * s.meeting, 100 * s.within,
+      s.requirement.radius_m);
+  text +=
+      fmt::format("largest error: {:.1f} m rms, {:.1f} m at {:g} %\n", s.largest_rms_m, s.largest_radius_m, percent);
   text += "worst stretch: " + stretch_text(s.worst) + "\n";
   text += s.longest_gap.length_m() > 0 ? "longest gap without an expected fix: " + stretch_text(s.longest_gap) + "\n"
                                        : "no gap without an expected fix\n";
-  if (s.on_map < 1) text += fmt::format("{:.1f} % of the route lie where the map knows nothing\n", 100 * (1 - s.on_map));
-  text += fmt::format("chance to stay within {:g} m of the route: {:.1f} % ± {:.1f} %\n", s.corridor_m, 100 * s.in_corridor,
-                      100 * s.corridor_error);
+  if (s.on_map < 1)
+    text += fmt::format("{:.1f} % of the route lie where the map knows nothing\n", 100 * (1 - s.on_map));
+  if (!s.in_corridor) return text;
+  text += fmt::format("chance to stay within {:g} m of the route: {:.1f} % ± {:.1f} %\n", s.corridor_m,
+                      100 * *s.in_corridor, 100 * s.corridor_error);
   return text;
 }
 

@@ -32,7 +32,8 @@ bool is_stop(const RouteProblem& problem, const Eigen::Vector2d& point) {
 }  // namespace
 
 Extent region_of(const RouteProblem& problem) {
-  Extent box{problem.stops[0].place.x(), problem.stops[0].place.y(), problem.stops[0].place.x(), problem.stops[0].place.y()};
+  Extent box{problem.stops[0].place.x(), problem.stops[0].place.y(), problem.stops[0].place.x(),
+             problem.stops[0].place.y()};
   for (const Stop& s : problem.stops) {
     box.west_m = std::min(box.west_m, s.place.x());
     box.east_m = std::max(box.east_m, s.place.x());
@@ -64,13 +65,14 @@ bool allowed(const RouteProblem& problem, const Eigen::Vector2d& from, const Eig
 }
 
 RouteCost cost_of(const RouteProblem& problem, const CostModel& model, const std::vector<Eigen::Vector2d>& points) {
-  const Path path = path_through("route", points, problem.level_m, problem.above_ground, problem.speed_mps, problem.heights);
+  const Path path =
+      path_through("route", points, problem.level_m, problem.above_ground, problem.speed_mps, problem.heights);
   const Vehicle& vehicle = problem.vehicle;
   Belief belief(vehicle.errors, 8);
   RouteCost cost;
   cost.length_m = path.length_m();
   const double spacing_m = search_spacing_m(problem, path.at(0).agl_m);
-  for (const Image& image : images_along(path, *problem.map, vehicle, size_t(path.length_m() / spacing_m) + 1)) {
+  for (const Image& image : images_along(path, *problem.map, vehicle, spacing_m)) {
     const double agl_m = image.station().agl_m;
     belief.fly(image.flown_m(), agl_m, vehicle.errors);
     belief.look([&](double sigma_m) -> const View& { return image.view(sigma_m); },
@@ -85,10 +87,10 @@ RouteCost cost_of(const RouteProblem& problem, const CostModel& model, const std
 std::optional<std::vector<Eigen::Vector2d>> cheapest_route(const RouteProblem& problem, const CostModel& model) {
   const StateGraph graph(problem, model);
   using Edge = StateGraph::edge_descriptor;
-  const auto cost = boost::make_function_property_map<uint32_t, double&>(
-      [&](uint32_t v) -> double& { return graph.state(v).cost; });
-  const auto rank = boost::make_function_property_map<uint32_t, double&>(
-      [&](uint32_t v) -> double& { return graph.state(v).rank; });
+  const auto cost =
+      boost::make_function_property_map<uint32_t, double&>([&](uint32_t v) -> double& { return graph.state(v).cost; });
+  const auto rank =
+      boost::make_function_property_map<uint32_t, double&>([&](uint32_t v) -> double& { return graph.state(v).rank; });
   const auto before = boost::make_function_property_map<uint32_t, uint32_t&>(
       [&](uint32_t v) -> uint32_t& { return graph.state(v).before; });
   const auto weight = boost::make_function_property_map<Edge, double>([](const Edge& e) { return e.cost; });

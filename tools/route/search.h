@@ -1,9 +1,9 @@
 // The cheapest route over a grid of nodes that keeps the position known well enough.
 //
 // How well it is known at a node depends on the way there, so the state is a node and a level of uncertainty: of all
-// ways to one state the cheapest is kept, with its whole distribution (belief.h), not only its level. The graph of these
-// states is made while A* (Boost.Graph) walks it. Levels are 12 % apart, edges lead to 16 neighbours: what is found is
-// at most about 3 % longer for the grid, and what the levels hide.
+// ways to one state the cheapest is kept, with its whole distribution (belief.h), not only its level. The graph of
+// these states is made while A* (Boost.Graph) walks it. Levels are 12 % apart, edges lead to 16 neighbours: what is
+// found is at most about 3 % longer for the grid, and what the levels hide.
 #pragma once
 
 #include <optional>
@@ -39,7 +39,8 @@ Extent region_of(const RouteProblem& problem);
 /// What a route costs: its length, more where the requirement is nearly missed, and much more where it is.
 struct CostModel {
   Requirement requirement;
-  /// A metre counts (1 + exposure · m) metres, m being the probability to miss the radius over the one allowed, up to 1.
+  /// A metre counts (1 + exposure · m) metres, m being the probability to miss the radius over the one allowed, up
+  /// to 1.
   double exposure = 0.15;
   /// A metre that misses the requirement counts (1 + exposure + missing) metres; infinite: there may be none.
   double missing = 10;

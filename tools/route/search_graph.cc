@@ -16,8 +16,22 @@ constexpr double kFinestRmsM = 0.5, kLevelRatio = 1.12;
 constexpr uint16_t kHighestLevel = 100;
 
 /// Steps to the neighbours: king's and knight's moves.
-constexpr std::array<std::array<int, 2>, 16> kSteps = {{{1, 0},  {1, 1},   {0, 1},   {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1},
-                                                        {2, 1},  {1, 2},   {-1, 2},  {-2, 1}, {-2, -1}, {-1, -2}, {1, -2}, {2, -1}}};
+constexpr std::array<std::array<int, 2>, 16> kSteps = {{{1, 0},
+                                                        {1, 1},
+                                                        {0, 1},
+                                                        {-1, 1},
+                                                        {-1, 0},
+                                                        {-1, -1},
+                                                        {0, -1},
+                                                        {1, -1},
+                                                        {2, 1},
+                                                        {1, 2},
+                                                        {-1, 2},
+                                                        {-2, 1},
+                                                        {-2, -1},
+                                                        {-1, -2},
+                                                        {1, -2},
+                                                        {2, -1}}};
 
 uint16_t level_of(const Belief& belief) {
   const double level = std::log(std::max(belief.rms_m() / kFinestRmsM, 1.0)) / std::log(kLevelRatio);
@@ -31,7 +45,8 @@ double search_spacing_m(const RouteProblem& problem, double agl_m) {
                   std::min(problem.vehicle.independent_m(agl_m), problem.node_m / 2));
 }
 
-NodeGrid::NodeGrid(const RouteProblem& problem) : problem_(problem), region_(region_of(problem)), node_m_(problem.node_m) {
+NodeGrid::NodeGrid(const RouteProblem& problem)
+    : problem_(problem), region_(region_of(problem)), node_m_(problem.node_m) {
   const double width_m = region_.east_m - region_.west_m, height_m = region_.north_m - region_.south_m;
   while ((width_m / node_m_ + 1) * (height_m / node_m_ + 1) > kMostNodes) node_m_ *= 2;
   columns_ = uint32_t(width_m / node_m_) + 1;
@@ -136,7 +151,7 @@ const std::vector<StateGraph::edge_descriptor>& StateGraph::expand(uint32_t vert
 void StateGraph::try_edge(uint32_t source, uint32_t node) const {
   const State& from = states_[source];
   const bool straight = problem_.stops[from.stage + 1u].straight;
-  if (!straight && !problem_.fences.allow(grid_.place(from.node), grid_.place(node))) return;
+  if (!straight && !allowed(problem_, grid_.place(from.node), grid_.place(node))) return;
   Belief belief = *from.belief;
   const std::optional<double> cost = fly(belief, from.node, node);
   if (!cost) return;
@@ -158,7 +173,8 @@ std::optional<double> StateGraph::fly(Belief& belief, uint32_t from, uint32_t to
     if (!std::isfinite(agl_m)) return std::nullopt;
     belief.fly(step_m, agl_m, problem_.vehicle.errors);
     belief.look([&](double sigma_m) -> const View& { return grid_.view(node, sigma_m); },
-                outcome_correlation(step_m, problem_.vehicle.footprint_m(agl_m)), problem_.vehicle.independent_m(agl_m));
+                outcome_correlation(step_m, problem_.vehicle.footprint_m(agl_m)),
+                problem_.vehicle.independent_m(agl_m));
     cost += model_.of(step_m, belief.within(model_.requirement.radius_m));
   }
   return std::isfinite(cost) ? std::optional(cost) : std::nullopt;

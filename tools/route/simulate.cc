@@ -14,7 +14,8 @@ namespace {
 std::vector<Eigen::Vector2d> normals(const std::vector<Image>& images) {
   std::vector<Eigen::Vector2d> out(images.size(), Eigen::Vector2d::Zero());
   for (size_t i = 0; i < images.size(); ++i) {
-    const Station &a = images[i > 0 ? i - 1 : i].station(), &b = images[i > 0 ? i : std::min(i + 1, images.size() - 1)].station();
+    const Station &a = images[i > 0 ? i - 1 : i].station(),
+                  &b = images[i > 0 ? i : std::min(i + 1, images.size() - 1)].station();
     const Eigen::Vector2d along(b.east_m - a.east_m, b.north_m - a.north_m);
     if (along.norm() > 0) out[i] = Eigen::Vector2d(-along.y(), along.x()).normalized();
   }

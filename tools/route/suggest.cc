@@ -21,18 +21,18 @@ void require_navigable(const RouteProblem& problem) {
   const double agl_m = problem.above_ground ? problem.level_m : 0.5 * (problem.least_agl_m + problem.most_agl_m);
   for (double north = region.south_m; north <= region.north_m; north += problem.node_m) {
     for (double east = region.west_m; east <= region.east_m; east += problem.node_m) {
-      const std::optional<double> ground =
-          problem.above_ground ? std::nullopt : problem.heights.ground_m(east, north);
+      const std::optional<double> ground = problem.above_ground ? std::nullopt : problem.heights.ground_m(east, north);
       const double above_m = ground ? problem.level_m - *ground : agl_m;
       if (view_at(*problem.map, problem.vehicle, east, north, above_m, search_m(problem.vehicle, 0, above_m))
               .fix_probability >= kNavigable)
         return;
     }
   }
-  throw Error(ExitCode::kNoData,
-              fmt::format("route: expected places where an image gives a fix, found none within {:.1f} by {:.1f} km around "
-                          "the route; use a map of finer or newer imagery, or another height above ground",
-                          (region.east_m - region.west_m) / 1000, (region.north_m - region.south_m) / 1000));
+  throw Error(
+      ExitCode::kNoData,
+      fmt::format("route: expected places where an image gives a fix, found none within {:.1f} by {:.1f} km around "
+                  "the route; use a map of finer or newer imagery, or another height above ground",
+                  (region.east_m - region.west_m) / 1000, (region.north_m - region.south_m) / 1000));
 }
 
 Alternative scored(const std::string& name, std::vector<Eigen::Vector2d> points, const RouteProblem& problem,
@@ -76,15 +76,17 @@ Alternative best(const std::string& name, const RouteProblem& problem, const Sug
   model.requirement = options.score.requirement;
   const auto points = route(problem, model, true);
   if (!points) {
-    throw Error(ExitCode::kBadInput, "route: expected a way between the places, found none that fences and altitude band "
-                                     "allow; check both, and that no place lies in a forbidden area");
+    throw Error(ExitCode::kBadInput,
+                "route: expected a way between the places, found none that fences and altitude band "
+                "allow; check both, and that no place lies in a forbidden area");
   }
   return scored(name, *points, problem, options.score);
 }
 
 std::string why_not(const RouteScore& s) {
   return fmt::format(
-      "no route was found that keeps {:g} m at {:g} % everywhere. The best misses it on {:.1f} % of its length, the worst "
+      "no route was found that keeps {:g} m at {:g} % everywhere. The best misses it on {:.1f} % of its length, the "
+      "worst "
       "stretch is {:.0f} to {:.0f} m after the start ({:.0f} m, {:.0f} s: {}), where {:.1f} m are reached.",
       s.requirement.radius_m, 100 * s.requirement.confidence, 100 * (1 - s.meeting), s.worst.start_m, s.worst.end_m,
       s.worst.length_m(), s.worst.duration_s(), s.worst.reason, s.worst.radius_m);
@@ -96,9 +98,10 @@ Suggestion suggest(const RouteProblem& problem, const SuggestOptions& options) {
   if (problem.stops.size() < 2) throw Error(ExitCode::kUsage, "route: expected a start and an end");
   for (const Stop& stop : problem.stops) {
     if (problem.map->extent().holds(stop.place.x(), stop.place.y())) continue;
-    throw Error(ExitCode::kNoData, fmt::format("route: expected places on the map, found east {:.0f}, north {:.0f}; choose "
-                                               "others, or the map of this area",
-                                               stop.place.x(), stop.place.y()));
+    throw Error(ExitCode::kNoData,
+                fmt::format("route: expected places on the map, found east {:.0f}, north {:.0f}; choose "
+                            "others, or the map of this area",
+                            stop.place.x(), stop.place.y()));
   }
   require_navigable(problem);
   std::vector<Eigen::Vector2d> straight;
@@ -130,18 +133,19 @@ nlohmann::ordered_json to_json(const Suggestion& suggestion, const tiles::Zone& 
 std::string to_text(const Suggestion& suggestion) {
   const Requirement& r = suggestion.suggested().score.requirement;
   std::string text = fmt::format("{:<12} {:>9} {:>9} {:>7} {:>7} {:>7} {:>9} {:>9} {:>8}  {}\n", "route", "length km",
-                                 "waypoints", "rms m", "max rms", fmt::format("{:.0f}% m", 100 * r.confidence), "meeting",
-                                 "gap m", "corridor", "worst stretch");
+                                 "waypoints", "rms m", "max rms", fmt::format("{:.0f}% m", 100 * r.confidence),
+                                 "meeting", "gap m", "corridor", "worst stretch");
   for (const Alternative& a : suggestion.alternatives) {
     if (!a.refused.empty()) {
       text += fmt::format("{:<12} {}\n", a.name, a.refused);
       continue;
     }
     const RouteScore& s = a.score;
-    text += fmt::format("{:<12} {:>9.2f} {:>9} {:>7.1f} {:>7.1f} {:>7.1f} {:>8.1f}% {:>9.0f} {:>7.1f}%  {}{}\n", a.name,
-                        s.length_m / 1000, a.points.size(), s.rms_m, s.largest_rms_m, s.largest_radius_m,
-                        100 * s.meeting, s.longest_gap.length_m(), 100 * s.in_corridor,
-                        s.met ? "meets the requirement" : s.worst.reason, a.allowed ? "" : "; not allowed");
+    text +=
+        fmt::format("{:<12} {:>9.2f} {:>9} {:>7.1f} {:>7.1f} {:>7.1f} {:>8.1f}% {:>9.0f} {:>8}  {}{}\n", a.name,
+                    s.length_m / 1000, a.points.size(), s.rms_m, s.largest_rms_m, s.largest_radius_m, 100 * s.meeting,
+                    s.longest_gap.length_m(), s.in_corridor ? fmt::format("{:.1f}%", 100 * *s.in_corridor) : "-",
+                    s.met ? "meets the requirement" : s.worst.reason, a.allowed ? "" : "; not allowed");
   }
   if (!suggestion.met) text += "\n" + suggestion.explanation + "\n";
   return text;

@@ -10,9 +10,9 @@
 namespace landfix::route {
 
 struct SuggestOptions {
-  ScoreOptions score;       ///< with the requirement
-  double exposure = 0.15;   ///< as CostModel has it: bounds the detour for the sake of good ground
-  double safer = 3;         ///< the same for the safer alternative
+  ScoreOptions score;      ///< with the requirement
+  double exposure = 0.15;  ///< as CostModel has it: bounds the detour for the sake of good ground
+  double safer = 3;        ///< the same for the safer alternative
 };
 
 /// One of the routes that are compared.
@@ -20,8 +20,8 @@ struct Alternative {
   std::string name;  ///< "straight", "suggested", "safer"
   std::vector<Eigen::Vector2d> points;
   RouteScore score;
-  bool allowed = true;   ///< by fences and altitude band
-  std::string refused;   ///< why it cannot be flown or scored at all; the score is empty then
+  bool allowed = true;  ///< by fences and altitude band
+  std::string refused;  ///< why it cannot be flown or scored at all; the score is empty then
 };
 
 struct Suggestion {

@@ -46,7 +46,8 @@ std::vector<mission::Place> places_of(const std::vector<Eigen::Vector2d>& points
     mission::Altitude altitude{problem.level_m, mission::AltitudeReference::kTerrain};
     if (!problem.above_ground) {
       const std::optional<double> geoid = problem.heights.geoid_m(p.x(), p.y());
-      if (!geoid) throw Error(ExitCode::kNoData, "route: the geoid is not known on the route; give heights above ground");
+      if (!geoid)
+        throw Error(ExitCode::kNoData, "route: the geoid is not known on the route; give heights above ground");
       altitude = {problem.level_m - *geoid, mission::AltitudeReference::kSeaLevel};
     }
     places.push_back({{place->latitude_rad / kRadians, place->longitude_rad / kRadians}, altitude});
@@ -57,7 +58,8 @@ std::vector<mission::Place> places_of(const std::vector<Eigen::Vector2d>& points
 std::string with_detours(const mission::Mission& mission, const MissionStops& stops, const RouteProblem& problem,
                          const Suggestion& suggestion, const tiles::Zone& zone) {
   if (!changeable(mission) || !mission.jumps.empty()) {
-    throw Error(ExitCode::kUsage, mission.file + ": detours go into plans and WPL files without jumps; write a new file");
+    throw Error(ExitCode::kUsage,
+                mission.file + ": detours go into plans and WPL files without jumps; write a new file");
   }
   const std::vector<Eigen::Vector2d>& points = suggestion.suggested().points;
   std::vector<mission::Replacement> replacements;
