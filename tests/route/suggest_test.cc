@@ -90,8 +90,6 @@ TEST(Suggest, GoesAroundALake) {
   EXPECT_LE(s.suggested().points.size(), 12u);
   EXPECT_GE(s.suggested().score.within, 0.95);
   EXPECT_LT(s.alternatives[0].score.within, 0.85);
-  printf("shortest over good ground %.0f m, found %.0f m, %zu waypoints\n%s\n", shortest_m,
-         s.suggested().score.length_m, s.suggested().points.size(), to_text(s).c_str());
 }
 
 // Where all is good the suggested way is the straight one.
@@ -188,7 +186,6 @@ TEST(Suggest, AlongAMission) {
   const auto changed = mission::parse_mission(with_detours(mission, stops, p, s, kZone), "changed.plan");
   ASSERT_EQ(changed.waypoints.size(), s.suggested().points.size());
   EXPECT_GT(changed.waypoints.size(), 3u);
-  for (const auto& q : s.suggested().points) printf("%.1f %.1f\n", q.x() - kEast, q.y() - kNorth);
   EXPECT_EQ(changed.waypoints.front().place, mission.waypoints[0].place);
   EXPECT_EQ(changed.waypoints[changed.waypoints.size() - 2].place, mission.waypoints[1].place);
   EXPECT_EQ(changed.waypoints.back().place, mission.waypoints[2].place);
