@@ -48,8 +48,8 @@ struct Predictors {
   /// Mean score farther than 2·`hit_m` from the truth: high where everything in the region runs in one direction.
   double background = 0;
 
-  /// Mean of the covariances that the matches stated, each by the inverse of its chance to be wrong; row-major over
-  /// (east, north), in m².
+  /// Mean of the covariances that the matches stated, in which those that missed hardly count; row-major over (east,
+  /// north), in m².
   std::array<double, 4> covariance_m2{};
   std::optional<LookAlike> look_alike;  ///< the strongest; none where nothing beyond the main lobe scores above 0
 };

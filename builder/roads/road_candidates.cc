@@ -5,36 +5,41 @@
 #include <numbers>
 #include <tuple>
 
-#include "runtime/features/road_filter.h"
-#include "runtime/features/road_profile.h"
+#include "builder/roads/road_scales.h"
 
 namespace landfix::landmarks {
 namespace {
 
-constexpr float kSure = 0.4f;         // a coarse candidate alone
-constexpr float kSame = 0.6f;         // of the coarse probability: the fine one says the same
-constexpr float kAlike_rad = 0.349f;  // 20 degrees
-constexpr float kMargin = 0.25f;      // by which a fine one beside is surer
+constexpr float kSure = 0.4f;           // a coarse candidate alone
+constexpr float kLeastOfCoarse = 0.1f;  // one that only says how wide a road is
+constexpr float kSame = 0.6f;           // of the coarse probability: the fine one says the same
+constexpr float kAlike_rad = 0.349f;    // 20 degrees
+constexpr float kMargin = 0.25f;        // by which a fine one beside is surer
 // A coarse place acts on fine ones within its greatest width and 4 pixels, and so do these on it.
 constexpr int kCoarseReach = 20, kFineReach = 2 * kCoarseReach;
-constexpr int kTilePx = 256;  // of evidence
+constexpr float kWide_px = 9;  // of 2 m: a strip wider than those that the fine filter knows
+constexpr int kTilePx = 256;   // of evidence
 constexpr size_t kTiles = 64;
 
-const features::BoostedTrees& trees_for(const cv::Mat& image, const RoadModel& model) {
+const RoadModel::Judges& judges_for(const cv::Mat& image, const RoadModel& model) {
   return image.channels() == 1 ? model.gray : model.colour;
 }
 
 // One level; what is surely no road is left out, and what lies outside of `wanted`.
-std::vector<RoadPlace> places_of_level(const cv::Mat& image, const cv::Mat& valid, const cv::Rect& wanted,
-                                       const features::BoostedTrees& trees, float least) {
-  cv::Mat bands;
-  features::road_bands(image, bands);
+std::vector<RoadPlace> places_of_level(const RoadScales& scales, int level, const cv::Rect& wanted,
+                                       const RoadModel::Judges& judges, float least) {
   std::vector<RoadPlace> places;
   features::RoadProfile profile;
-  for (const features::RoadCandidate& c : features::road_candidates(bands, valid)) {
+  RoadScaleProfile at_both;
+  for (const features::RoadCandidate& c : scales.candidates(level)) {
     if (!wanted.contains({c.x, c.y})) continue;
-    const float width = features::road_profile(bands, c.x, c.y, c.theta_rad, profile);
-    const float p = trees.probability(profile);
+    const float width = scales.describe(c, level, profile);
+    const float first = judges.first.probability(profile);
+    if (first < kLeastOfFirst) continue;
+    scales.describe(c, level, profile, at_both);
+    float p = judges.second.probability(at_both);
+    // Of the widest there is little to learn from: the second judge may doubt, and not reject.
+    if (level == 1 && width >= kWide_px) p = std::max(p, first);
     if (p >= least) places.push_back({c.x, c.y, c.theta_rad, p, width});
   }
   return places;
@@ -42,30 +47,9 @@ std::vector<RoadPlace> places_of_level(const cv::Mat& image, const cv::Mat& vali
 
 cv::Rect grown(const cv::Rect& r, int by) { return {r.x - by, r.y - by, r.width + 2 * by, r.height + 2 * by}; }
 
-// Means of 2x2 pixels, rounded; a pixel is valid where all four are.
-void halve(const cv::Mat& image, const cv::Mat& valid, cv::Mat& half, cv::Mat& half_valid) {
-  const cv::Size size(image.cols / 2, image.rows / 2);
-  half.create(size, image.type());
-  const int channels = image.channels();
-  for (int y = 0; y < size.height; ++y) {
-    const uint8_t *a = image.ptr(2 * y), *b = image.ptr(2 * y + 1);
-    for (int i = 0; i < size.width * channels; ++i) {
-      const int k = (i / channels) * 2 * channels + i % channels;
-      half.ptr(y)[i] = uint8_t((a[k] + a[k + channels] + b[k] + b[k + channels] + 2) / 4);
-    }
-  }
-  if (valid.empty()) return;
-  half_valid.create(size, CV_8UC1);
-  for (int y = 0; y < size.height; ++y) {
-    const uint8_t *a = valid.ptr(2 * y), *b = valid.ptr(2 * y + 1);
-    for (int x = 0; x < size.width; ++x)
-      half_valid.at<uint8_t>(y, x) = a[2 * x] && a[2 * x + 1] && b[2 * x] && b[2 * x + 1] ? 255 : 0;
-  }
-}
-
 // The fine places around a coarse one that point alike.
 struct Beside {
-  std::vector<int> near;                // all
+  std::vector<int> on_line, aside;
   float same = 0, left = 0, right = 0;  // greatest probability on its line and on its sides
 };
 
@@ -83,8 +67,9 @@ Beside look_beside(const RoadPlace& coarse, const std::vector<RoadPlace>& fine, 
       const float along = dx * c + dy * s, across = dy * c - dx * s;
       if (dx * dx + dy * dy > reach * reach || std::abs(along) >= 3) continue;
       if (std::abs(std::remainder(f.theta_rad - coarse.theta_rad, std::numbers::pi_v<float>)) >= kAlike_rad) continue;
-      b.near.push_back(i);
-      float& greatest = std::abs(across) <= 2.5f ? b.same : (across > 0 ? b.right : b.left);
+      const bool same = std::abs(across) <= 2.5f;
+      (same ? b.on_line : b.aside).push_back(i);
+      float& greatest = same ? b.same : (across > 0 ? b.right : b.left);
       greatest = std::max(greatest, f.probability);
     }
   }
@@ -105,8 +90,17 @@ std::vector<RoadPlace> merge(std::vector<RoadPlace> fine, const std::vector<Road
   std::vector<RoadPlace> added;
   for (const RoadPlace& p : coarse) {
     const Beside b = look_beside(p, fine, index);
-    if (!replaces(p, b)) continue;
-    for (const int i : b.near) gone[size_t(i)] = true;
+    const bool wide = p.width_px >= kWide_px, replaced = replaces(p, b);
+    for (const int i : b.on_line) {
+      if (replaced) gone[size_t(i)] = true;
+      // In the middle the fine filter may see the strip between two carriageways.
+      if (wide) fine[size_t(i)].width_px = std::max(fine[size_t(i)].width_px, 2 * p.width_px);
+    }
+    // A wide road explains its edges and carriageways.
+    const float sure = std::max(p.probability, b.same);
+    for (const int i : b.aside)
+      if (replaced || (wide && p.probability >= kSure && fine[size_t(i)].probability < sure)) gone[size_t(i)] = true;
+    if (!replaced) continue;
     for (int step = -1; step <= 1; ++step) {  // three in a row, so that they join at 1 m
       const float dx = 0.5f + float(step) * std::cos(p.theta_rad), dy = 0.5f + float(step) * std::sin(p.theta_rad);
       added.push_back(
@@ -141,15 +135,13 @@ std::vector<RoadPlace> find_road_places(const cv::Mat& image, const cv::Mat& val
                        std::min(image.rows, core.br().y + kRoadHaloPx));
   const cv::Rect block(first, last);
   const cv::Mat seen = image(block), mask = valid.empty() ? valid : valid(block);
-  const features::BoostedTrees& trees = trees_for(image, model);
+  const RoadModel::Judges& judges = judges_for(image, model);
   const cv::Rect inner = core - first, coarse = grown(inner, kCoarseReach);
-  std::vector<RoadPlace> places = places_of_level(seen, mask, grown(inner, kFineReach), trees, kLeastRoadProbability);
-  cv::Mat half, half_valid;
-  halve(seen, mask, half, half_valid);
-  if (!half.empty()) {
-    const cv::Rect wanted(coarse.x / 2 - 1, coarse.y / 2 - 1, coarse.width / 2 + 2, coarse.height / 2 + 2);
-    places = merge(std::move(places), places_of_level(half, half_valid, wanted, trees, kSure), seen.size());
-  }
+  const cv::Rect wanted(coarse.x / 2 - 1, coarse.y / 2 - 1, coarse.width / 2 + 2, coarse.height / 2 + 2);
+  const RoadScales scales(seen, mask);
+  std::vector<RoadPlace> places =
+      merge(places_of_level(scales, 0, grown(inner, kFineReach), judges, kLeastRoadProbability),
+            places_of_level(scales, 1, wanted, judges, kLeastOfCoarse), seen.size());
   for (RoadPlace& p : places) {
     p.x += first.x;
     p.y += first.y;
@@ -192,7 +184,7 @@ float RoadEvidence::operator()(double x, double y, double theta_rad) {
     const cv::Point first(std::max(0, px / kTilePx * kTilePx - features::kRoadProfileHaloPx),
                           std::max(0, py / kTilePx * kTilePx - features::kRoadProfileHaloPx));
     features::road_profile(tile.bands, px - first.x, py - first.y, float(theta_rad), profile);
-    greatest = std::max(greatest, (gray_ ? model_.gray : model_.colour).probability(profile));
+    greatest = std::max(greatest, (gray_ ? model_.gray : model_.colour).first.probability(profile));
   }
   return greatest;
 }

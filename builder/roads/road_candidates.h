@@ -16,11 +16,13 @@ namespace landfix::landmarks {
 /// Roads are sought at 1 m per pixel and, the wide ones, at 2 m.
 inline constexpr double kRoadGsd_m = 1;
 /// What lies farther away than this many pixels has no part in a candidate.
-inline constexpr int kRoadHaloPx = 80;
+inline constexpr int kRoadHaloPx = 88;
 /// A good side of blocks: small enough for memory (some 90 MB while one is searched), large against its halo.
 inline constexpr int kRoadBlockPx = 1024;
-/// Below this probability a candidate is not handed on.
-inline constexpr float kLeastRoadProbability = 0.1f;
+/// Below this probability a candidate is no place.
+inline constexpr float kLeastRoadProbability = 0.05f;
+/// Below this one of the first judge the second is not asked.
+inline constexpr float kLeastOfFirst = 0.1f;
 
 /// Twenty bytes without padding, fit to be stored as they are.
 struct RoadPlace {

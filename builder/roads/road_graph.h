@@ -14,15 +14,15 @@
 namespace landfix::landmarks {
 
 struct RoadGraphOptions {
-  float low = 0.25f, high = 0.6f;  ///< hysteresis: a chain has places above `low`, some above `high`
-  double least_chain = 2.5;        ///< sum of probabilities above `low`, and number of places above `high`
-  double spur_px = 12;             ///< shorter twigs are dropped
-  double through_gap_px = 60;      ///< longest gap between two ends in line
-  double through_budget_px = 25;   ///< length times doubt of such a gap
-  double side_gap_px = 30;         ///< longest gap from an end to the road that it points at
-  double side_budget_px = 14;
-  double least_dead_end_px = 14;  ///< length times probability
-  double least_component_px = 33;
+  float low = 0.06f, high = 0.25f;  ///< hysteresis: a chain has places above `low`, some above `high`
+  double least_chain = 2.5;         ///< sum of probabilities above `low`, and number of places above `high`
+  double spur_px = 12;              ///< shorter twigs are dropped
+  double through_gap_px = 60;       ///< longest gap between two ends in line
+  double through_budget_px = 31;    ///< length times doubt of such a gap
+  double side_gap_px = 30;          ///< longest gap from an end to the road that it points at
+  double side_budget_px = 17.5;
+  double least_dead_end_px = 7;  ///< length times probability
+  double least_component_px = 16.5;
   double junction_px = 6;     ///< branches closer than this are one intersection
   double simplify_px = 0.7;   ///< error of the simplified line
   double roundabout_px = 50;  ///< diameter of the largest roundabout that is one intersection

@@ -5,16 +5,16 @@
 #include "builder/error.h"
 #include "builder/file_bytes.h"
 #include "builder/roads/road_model_bytes.h"
-#include "runtime/features/road_profile.h"
+#include "builder/roads/road_scales.h"
 
 namespace landfix::landmarks {
 namespace {
 
-features::BoostedTrees take(std::span<const uint8_t>& bytes, const std::string& name) {
+features::BoostedTrees take(std::span<const uint8_t>& bytes, size_t numbers, const std::string& name) {
   features::BoostedTrees trees;
   size_t used = 0;
   const features::TreesError e = trees.parse(bytes, used);
-  if (e == features::TreesError::kNone && trees.features() == features::kRoadProfileFeatures && trees.outputs() == 1) {
+  if (e == features::TreesError::kNone && trees.features() == numbers && trees.outputs() == 1) {
     bytes = bytes.subspan(used);
     return trees;
   }
@@ -24,22 +24,26 @@ features::BoostedTrees take(std::span<const uint8_t>& bytes, const std::string& 
   throw Error(ExitCode::kBadInput,
               fmt::format("{}: expected a model of roads (trees over {} numbers), found {}; train one with `landfix "
                           "train-roads`",
-                          name, features::kRoadProfileFeatures, found));
+                          name, numbers, found));
 }
 
 }  // namespace
 
 std::vector<uint8_t> RoadModel::serialise() const {
-  std::vector<uint8_t> out = colour.serialise();
-  const std::vector<uint8_t> second = gray.serialise();
-  out.insert(out.end(), second.begin(), second.end());
+  std::vector<uint8_t> out;
+  for (const features::BoostedTrees* trees : {&colour.first, &colour.second, &gray.first, &gray.second}) {
+    const std::vector<uint8_t> bytes = trees->serialise();
+    out.insert(out.end(), bytes.begin(), bytes.end());
+  }
   return out;
 }
 
 RoadModel parse_road_model(std::span<const uint8_t> bytes, const std::string& name) {
   RoadModel model;
-  model.colour = take(bytes, name);
-  model.gray = take(bytes, name);
+  for (RoadModel::Judges* judges : {&model.colour, &model.gray}) {
+    judges->first = take(bytes, features::kRoadProfileFeatures, name);
+    judges->second = take(bytes, kRoadScaleFeatures, name);
+  }
   if (!bytes.empty())
     throw Error(ExitCode::kBadInput,
                 fmt::format("{}: expected the end of the model of roads, found {} bytes more", name, bytes.size()));

@@ -11,9 +11,14 @@
 namespace landfix::landmarks {
 
 struct RoadModel {
-  features::BoostedTrees colour, gray;
+  /// Two judges: the first sees the profile of a place at one scale, the second, asked about what the first leaves, all
+  /// that RoadScales describes.
+  struct Judges {
+    features::BoostedTrees first, second;
+  };
+  Judges colour, gray;
 
-  std::vector<uint8_t> serialise() const;  ///< the trees for colour, then those for gray
+  std::vector<uint8_t> serialise() const;  ///< the judges for colour, then those for gray
 };
 
 /// The inverse of serialise(). Throws Error (kBadInput) naming `name` where the bytes are not such a model.

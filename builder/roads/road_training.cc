@@ -5,8 +5,10 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <tuple>
 
 #include "builder/point_grid.h"
+#include "builder/roads/road_candidates.h"
 #include "builder/training/random.h"
 #include "runtime/features/road_filter.h"
 
@@ -15,6 +17,8 @@ namespace {
 
 constexpr int kSidePx = 620;
 constexpr size_t kRoadsPerImage = 1200, kOthersPerRoad = 4;
+constexpr size_t kSecondRoads = 700;     // per image and scale, as the rows of the second judge are twice as long
+constexpr double kCoarseClose_px = 1.5;  // places at 2 m lie no closer to the line
 
 struct Samples {
   PointGrid grid{4};
@@ -37,15 +41,29 @@ Samples sampled(std::span<const Line> roads) {
   return out;
 }
 
+// A candidate in the pixels of the lines.
+struct Seen {
+  cv::Point2d at;
+  double theta_rad, response;
+};
+
+// Of pixels as large as `size_px` of those of the lines.
+std::vector<Seen> seen_in(const std::vector<features::RoadCandidate>& all, double size_px) {
+  std::vector<Seen> out;
+  for (const features::RoadCandidate& c : all)
+    out.push_back({cv::Point2d(c.x + 0.5, c.y + 0.5) * size_px, double(c.theta_rad), double(c.response)});
+  return out;
+}
+
 // Whether a candidate is a road; nullopt: too near to be said not to be one.
-std::optional<bool> class_of(const features::RoadCandidate& c, const Samples& truth, double scale) {
-  const double close = scale < 1.3 ? 1.25 : (scale < 2 ? 1.5 : 1.8), far = 2.5 * std::sqrt(std::max(1.0, scale));
-  const cv::Point2d at(c.x + 0.5, c.y + 0.5);
-  const int far_one = truth.grid.nearest(at, far);
+std::optional<bool> class_of(const Seen& c, const Samples& truth, double scale, double least_close) {
+  const double close = std::max(least_close, scale < 1.3 ? 1.25 : (scale < 2 ? 1.5 : 1.8));
+  const double far = 2.5 * std::sqrt(std::max(1.0, scale));
+  const int far_one = truth.grid.nearest(c.at, far);
   if (far_one < 0) return false;
-  const int near_one = truth.grid.nearest(at, close);
+  const int near_one = truth.grid.nearest(c.at, close);
   if (near_one < 0) return std::nullopt;
-  const double turn = std::abs(std::remainder(truth.theta[size_t(near_one)] - double(c.theta_rad), std::numbers::pi));
+  const double turn = std::abs(std::remainder(truth.theta[size_t(near_one)] - c.theta_rad, std::numbers::pi));
   if (turn < 0.349) return true;
   if (turn > 0.611) return false;
   return std::nullopt;
@@ -53,50 +71,60 @@ std::optional<bool> class_of(const features::RoadCandidate& c, const Samples& tr
 
 using Classes = std::vector<std::optional<bool>>;
 
-Classes classes_by_exact(const std::vector<features::RoadCandidate>& all, std::span<const Line> roads, double scale) {
-  const Samples truth = sampled(roads);
+Classes classes_by_exact(const std::vector<Seen>& all, const Samples& truth, double scale, double least_close) {
   Classes classes;
-  for (const features::RoadCandidate& c : all) classes.push_back(class_of(c, truth, scale));
+  for (const Seen& c : all) classes.push_back(class_of(c, truth, scale, least_close));
   return classes;
 }
 
 // Of the candidates beside each point of a line the likeliest, and its neighbours across.
-Classes classes_by_drawn(const std::vector<features::RoadCandidate>& all, std::span<const Line> roads, double scale) {
+Classes classes_by_drawn(const std::vector<Seen>& all, const Samples& truth, double scale) {
   const double near = std::max(2.3, 4 * scale), far = std::max(4.5, 7 * scale);
-  const Samples truth = sampled(roads);
   PointGrid grid(4);
   Classes classes;
   for (size_t i = 0; i < all.size(); ++i) {
-    const cv::Point2d at(all[i].x + 0.5, all[i].y + 0.5);
-    grid.add(at, int(i));
-    classes.push_back(truth.grid.nearest(at, far) < 0 ? std::optional(false) : std::nullopt);
+    grid.add(all[i].at, int(i));
+    classes.push_back(truth.grid.nearest(all[i].at, far) < 0 ? std::optional(false) : std::nullopt);
   }
   truth.grid.for_each([&](const cv::Point2d& on_line, int sample) {
     int best = -1;
     double most = -1e9;
     grid.within(on_line, near, [&](const cv::Point2d& at, int id) {
-      const features::RoadCandidate& c = all[size_t(id)];
-      const double turn = std::remainder(truth.theta[size_t(sample)] - double(c.theta_rad), std::numbers::pi);
-      const double worth = double(c.response) - 0.3 * cv::norm(at - on_line);
+      const Seen& c = all[size_t(id)];
+      const double turn = std::remainder(truth.theta[size_t(sample)] - c.theta_rad, std::numbers::pi);
+      const double worth = c.response - 0.3 * cv::norm(at - on_line);
       if (std::abs(turn) >= 0.314 || worth <= most) return;
       most = worth;
       best = id;
     });
     if (best < 0) return;
-    const cv::Point2d middle(all[size_t(best)].x + 0.5, all[size_t(best)].y + 0.5);
-    grid.within(middle, 1.2, [&](const cv::Point2d&, int id) {
-      const double turn =
-          std::remainder(truth.theta[size_t(sample)] - double(all[size_t(id)].theta_rad), std::numbers::pi);
+    grid.within(all[size_t(best)].at, 1.2, [&](const cv::Point2d&, int id) {
+      const double turn = std::remainder(truth.theta[size_t(sample)] - all[size_t(id)].theta_rad, std::numbers::pi);
       if (std::abs(turn) < 0.314) classes[size_t(id)] = true;
     });
   });
   return classes;
 }
 
-void keep_some(std::vector<features::RoadCandidate>& all, size_t count, Random& random) {
-  for (size_t i = 0; i < std::min(count, all.size()); ++i)
-    std::swap(all[i], all[i + size_t(random.below(int(all.size() - i)))]);
-  if (all.size() > count) all.resize(count);
+// The candidates of both classes, of each as many as are wanted.
+struct Chosen {
+  std::vector<features::RoadCandidate> road, other;
+};
+
+Chosen choose(const std::vector<features::RoadCandidate>& all, const Classes& classes, size_t most, Random& random) {
+  Chosen out;
+  for (size_t i = 0; i < all.size(); ++i)
+    if (classes[i]) (*classes[i] ? out.road : out.other).push_back(all[i]);
+  keep_some(out.road, most, random);
+  keep_some(out.other, kOthersPerRoad * out.road.size(), random);
+  return out;
+}
+
+template <typename Row>
+features::BoostedTrees boost_rows(const Examples<Row>& set, const BoostingOptions& options) {
+  std::vector<float> values;
+  for (const Row& row : set.rows) values.insert(values.end(), row.begin(), row.end());
+  return boost(values, std::tuple_size_v<Row>, set.is_road, options);
 }
 
 size_t road_inside(std::span<const Line> roads, const cv::Rect& rect) {
@@ -133,7 +161,7 @@ void vary_colours(cv::Mat& image, Random& random) {
       const double mean = (c[0] + c[1] + c[2]) / 3.0;
       cv::Vec3b out;
       for (int k = 0; k < 3; ++k) {
-        const double noise = 3 * (random.between(-0.5, 0.5) + random.between(-0.5, 0.5) + random.between(-0.5, 0.5));
+        const double noise = 1.5 * random.normal();
         const double value = (mean - 110) * contrast + level + (c[order[k]] - mean) * paleness * contrast;
         out[k] = cv::saturate_cast<uint8_t>(value * tint[k] + noise);
       }
@@ -145,9 +173,11 @@ void vary_colours(cv::Mat& image, Random& random) {
 }  // namespace
 
 features::BoostedTrees boost(const TrainingSet& set, const BoostingOptions& options) {
-  std::vector<float> values;
-  for (const features::RoadProfile& row : set.rows) values.insert(values.end(), row.begin(), row.end());
-  return boost(values, features::kRoadProfileFeatures, set.is_road, options);
+  return boost_rows(set, options);
+}
+
+features::BoostedTrees boost(const SecondTrainingSet& set, const BoostingOptions& options) {
+  return boost_rows(set, options);
 }
 
 void add_examples(const cv::Mat& image, std::span<const Line> roads, Truth truth, double px_per_m, uint64_t seed,
@@ -155,19 +185,47 @@ void add_examples(const cv::Mat& image, std::span<const Line> roads, Truth truth
   cv::Mat bands;
   features::road_bands(image, bands);
   const std::vector<features::RoadCandidate> all = features::road_candidates(bands, {});
-  const Classes classes =
-      truth == Truth::kExact ? classes_by_exact(all, roads, px_per_m) : classes_by_drawn(all, roads, px_per_m);
-  std::vector<features::RoadCandidate> road, other;
-  for (size_t i = 0; i < all.size(); ++i)
-    if (classes[i]) (*classes[i] ? road : other).push_back(all[i]);
+  const std::vector<Seen> seen = seen_in(all, 1);
+  const Samples lines = sampled(roads);
   Random random(seed);
-  keep_some(road, kRoadsPerImage, random);
-  keep_some(other, kOthersPerRoad * road.size(), random);
-  for (const auto* group : {&road, &other}) {
+  const Chosen chosen = choose(
+      all,
+      truth == Truth::kExact ? classes_by_exact(seen, lines, px_per_m, 0) : classes_by_drawn(seen, lines, px_per_m),
+      kRoadsPerImage, random);
+  for (const auto* group : {&chosen.road, &chosen.other}) {
     for (const features::RoadCandidate& c : *group) {
       set.rows.emplace_back();
       features::road_profile(bands, c.x, c.y, c.theta_rad, set.rows.back());
-      set.is_road.push_back(group == &road);
+      set.is_road.push_back(group == &chosen.road);
+    }
+  }
+}
+
+void add_examples(const cv::Mat& image, std::span<const Line> roads, Truth truth, double px_per_m, uint64_t seed,
+                  const features::BoostedTrees& first, SecondTrainingSet& set) {
+  const RoadScales scales(image, {});
+  const Samples lines = sampled(roads);
+  Random random(seed);
+  features::RoadProfile profile;
+  for (int level = 0; level < RoadScales::kLevels; ++level) {
+    std::vector<features::RoadCandidate> left;
+    for (const features::RoadCandidate& c : scales.candidates(level)) {
+      scales.describe(c, level, profile);
+      if (first.probability(profile) >= kLeastOfFirst) left.push_back(c);
+    }
+    const std::vector<Seen> seen = seen_in(left, 1 << level);
+    const Chosen chosen =
+        choose(left,
+               truth == Truth::kExact ? classes_by_exact(seen, lines, px_per_m, level == 0 ? 0 : kCoarseClose_px)
+                                      : classes_by_drawn(seen, lines, px_per_m),
+               kSecondRoads, random);
+    for (const auto* group : {&chosen.road, &chosen.other}) {
+      for (const features::RoadCandidate& c : *group) {
+        set.rows.emplace_back();
+        scales.describe(c, level, profile);
+        scales.describe(c, level, profile, set.rows.back());
+        set.is_road.push_back(group == &chosen.road);
+      }
     }
   }
 }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "builder/roads/road_model.h"
+#include "builder/roads/road_scales.h"
 #include "builder/training/boosting.h"
-#include "runtime/features/road_profile.h"
 
 namespace landfix::landmarks {
 
@@ -17,13 +17,17 @@ struct Line {
 };
 
 /// Rows of features with their class.
-struct TrainingSet {
-  std::vector<features::RoadProfile> rows;
+template <typename Row>
+struct Examples {
+  std::vector<Row> rows;
   std::vector<uint8_t> is_road;
 };
+using TrainingSet = Examples<features::RoadProfile>;   ///< of the first judge
+using SecondTrainingSet = Examples<RoadScaleProfile>;  ///< of the second
 
 /// The trees that tell roads from others. Throws Error (kBadInput) without rows of both.
 features::BoostedTrees boost(const TrainingSet& set, const BoostingOptions& options);
+features::BoostedTrees boost(const SecondTrainingSet& set, const BoostingOptions& options);
 
 enum class Truth {
   kExact,  ///< lines lie on the middle of the road
@@ -36,6 +40,11 @@ enum class Truth {
 /// many as four per road, chosen by `seed`.
 void add_examples(const cv::Mat& image, std::span<const Line> roads, Truth truth, double px_per_m, uint64_t seed,
                   TrainingSet& set);
+
+/// The same for the second judge: candidates of both scales that the trees of the first one leave, as many of each at
+/// most. Places at 2 m are roads within 1.5 m.
+void add_examples(const cv::Mat& image, std::span<const Line> roads, Truth truth, double px_per_m, uint64_t seed,
+                  const features::BoostedTrees& first, SecondTrainingSet& set);
 
 /// A part of an image (CV_8UC3) of 620 pixels with its lines, as another camera or season may show it: blurred, paler,
 /// with exchanged colours, other contrast and noise, all chosen by `seed`. Of six places the one with most road.

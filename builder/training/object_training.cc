@@ -37,13 +37,6 @@ struct Trials {
   std::vector<bool> whole;
 };
 
-template <typename T>
-void keep_some(std::vector<T>& all, size_t count, Random& random) {
-  for (size_t i = 0; i < std::min(count, all.size()); ++i)
-    std::swap(all[i], all[i + size_t(random.below(int(all.size() - i)))]);
-  if (all.size() > count) all.resize(count);
-}
-
 // How many pixels of a scene are learnt from, by what they may be and whether they lie near a building.
 size_t wanted(uint8_t allowed, bool near) {
   switch (allowed) {

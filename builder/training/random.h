@@ -1,8 +1,11 @@
 // Numbers by chance that are the same on every machine.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
+#include <utility>
+#include <vector>
 
 namespace landfix::landmarks {
 
@@ -19,5 +22,13 @@ class Random {
  private:
   std::mt19937_64 engine_;
 };
+
+/// Leaves `count` of them, drawn by chance; all where there are no more.
+template <typename T>
+void keep_some(std::vector<T>& all, size_t count, Random& random) {
+  for (size_t i = 0; i < std::min(count, all.size()); ++i)
+    std::swap(all[i], all[i + size_t(random.below(int(all.size() - i)))]);
+  if (all.size() > count) all.resize(count);
+}
 
 }  // namespace landfix::landmarks

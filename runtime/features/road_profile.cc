@@ -52,18 +52,23 @@ Bands load(const cv::Vec4f* pixel) {
   return b;
 }
 
-// The part of the image that a profile needs, with its place (x, y) at (kRoadProfileHaloPx, kRoadProfileHaloPx).
+// The part of the image that a profile needs, with the pixel of its place at (kRoadProfileHaloPx, kRoadProfileHaloPx).
 struct Surroundings {
   const cv::Vec4f* centre;
-  ptrdiff_t stride;  // in pixels
-  cv::Mat copied;    // where it reaches beyond the border
+  ptrdiff_t stride;           // in pixels
+  cv::Mat copied;             // where it reaches beyond the border
+  float right = 0, down = 0;  // from that pixel's centre to the place
 };
 
-Surroundings surroundings_of(const cv::Mat& bands, int x, int y) {
+Surroundings surroundings_of(const cv::Mat& bands, double place_x, double place_y) {
   constexpr int kHalo = kRoadProfileHaloPx;
+  const int x = int(std::lround(place_x)), y = int(std::lround(place_y));
+  const float right = float(place_x - x), down = float(place_y - y);
   if (x >= kHalo && y >= kHalo && x + kHalo < bands.cols && y + kHalo < bands.rows)
-    return {bands.ptr<cv::Vec4f>(y) + x, ptrdiff_t(bands.step1() / 4), {}};
+    return {bands.ptr<cv::Vec4f>(y) + x, ptrdiff_t(bands.step1() / 4), {}, right, down};
   Surroundings s;
+  s.right = right;
+  s.down = down;
   s.copied.create(2 * kHalo + 1, 2 * kHalo + 1, CV_32FC4);
   for (int row = -kHalo; row <= kHalo; ++row) {
     const cv::Vec4f* from = bands.ptr<cv::Vec4f>(cv::borderInterpolate(y + row, bands.rows, cv::BORDER_REFLECT_101));
@@ -102,7 +107,7 @@ Sums sums_over(const Surroundings& from, float theta) {
     std::array<Bands, kColumns>& side = int(i) < kSteps / 2 ? sums.behind : sums.ahead;
     for (size_t j = 0; j < kColumns; ++j) {
       const float v = float(int(j) - kReach);
-      const Bands value = sample(from, u * c - v * s, u * s + v * c);
+      const Bands value = sample(from, u * c - v * s + from.right, u * s + v * c + from.down);
       sums.mean[j] += whole * value;
       side[j] += half * value;
       sums.square[j] += whole * value * value;
@@ -111,7 +116,7 @@ Sums sums_over(const Surroundings& from, float theta) {
   return sums;
 }
 
-Patch patch_at(const cv::Mat& bands, int x, int y, float theta) {
+Patch patch_at(const cv::Mat& bands, double x, double y, float theta) {
   const Sums sums = sums_over(surroundings_of(bands, x, y), theta);
   Patch p;
   for (size_t j = 0; j < kColumns; ++j) {
@@ -188,7 +193,7 @@ float chroma(const Colours& row, size_t j) { return std::sqrt(row[1][j] * row[1]
 
 }  // namespace
 
-float road_profile(const cv::Mat& bands, int x, int y, float theta_rad, RoadProfile& profile) {
+float road_profile(const cv::Mat& bands, double x, double y, float theta_rad, RoadProfile& profile) {
   static constexpr int kFar[] = {1, 2, 3, 4, 5, 6, 7, 8, 10, 12}, kRelative[] = {2, 3, 4, 5, 6, 8},
                        kChroma[] = {2, 3, 4, 5, 6, 8, 10};
   const Patch p = patch_at(bands, x, y, theta_rad);

@@ -55,6 +55,45 @@ TEST(RoadScene, GrayIsEnough) {
   expect_tee(roads_of(gray), {200, 200});
 }
 
+// A road `width_m` across from left to right at y = 200, with a street of 6 m that ends on it. `median_m`: of grass
+// between its two carriageways. Beside the edges there is paint.
+cv::Mat highway(int width_m, int median_m) {
+  cv::Mat image(cv::Size(500, 400), CV_8UC3, cv::Scalar(80, 110, 60));
+  image(cv::Rect(247, 200, 6, 200)).setTo(cv::Scalar(150, 150, 150));
+  image(cv::Rect(0, 200 - width_m / 2, 500, width_m)).setTo(cv::Scalar(105, 105, 110));
+  if (median_m > 0) image(cv::Rect(0, 200 - median_m / 2, 500, median_m)).setTo(cv::Scalar(85, 110, 65));
+  for (const int y : {201 - width_m / 2, 198 + width_m / 2}) image(cv::Rect(0, y, 500, 1)) += cv::Scalar(20, 20, 20);
+  cv::GaussianBlur(image, image, {5, 5}, 0.8);  // as optics do
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x)
+      for (int k = 0; k < 3; ++k) image.at<cv::Vec3b>(y, x)[k] += uint8_t(noise_at(x + 7 * k, y) >> 28);
+  return image;
+}
+
+void expect_highway(const tiles::RoadGraph& graph) {
+  // 500 m along its middle and 200 m of street, less what is lost at the border; edges or carriageways found beside it
+  // would make it longer.
+  EXPECT_NEAR(total_length(graph), 700, 35);
+  for (const tiles::RoadEdge& e : graph.edges) {
+    std::vector<tiles::RoadPoint> line = e.vertices;
+    for (const uint32_t node : {e.from, e.to}) line.push_back({graph.nodes[node].east_m, graph.nodes[node].north_m});
+    for (const tiles::RoadPoint& p : line) {
+      if (std::abs(p.east_m - 1250) < 4) continue;  // the street
+      EXPECT_NEAR(p.north_m, 4800, 2) << p.east_m;
+    }
+  }
+}
+
+TEST(RoadScene, TwoCarriagewaysAreOneLineBetweenThem) { expect_highway(roads_of(highway(22, 4))); }
+
+TEST(RoadScene, AWideRoadIsItsMiddleAndNotItsEdges) {
+  const tiles::RoadGraph graph = roads_of(highway(24, 0));
+  expect_highway(graph);
+  for (const tiles::RoadEdge& e : graph.edges) EXPECT_TRUE(e.width_m > 17 || e.width_m < 8) << e.width_m;
+  ASSERT_EQ(intersections(graph), 1u);  // with the street, from which its edge keeps 12 m
+  EXPECT_LT(cv::norm(intersection_px(graph) - cv::Point2d(249.5, 199.5)), 3) << intersection_px(graph);
+}
+
 TEST(RoadScene, BlocksGiveTheGraphOfTheWhole) {
   const cv::Mat image = tee();
   const cv::Size size = image.size();

@@ -58,4 +58,8 @@ void write_text(const std::string& path, const std::string& text, unsigned mode)
       mode);
 }
 
+void write_bytes(const std::string& path, std::span<const uint8_t> bytes) {
+  write_text(path, {bytes.begin(), bytes.end()});
+}
+
 }  // namespace landfix::tools

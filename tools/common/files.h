@@ -1,7 +1,9 @@
 // Files that exist whole or not at all.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 
 namespace landfix::tools {
@@ -14,5 +16,8 @@ void write_atomically(const std::string& path, const std::function<void(const st
 
 /// write_atomically of a text.
 void write_text(const std::string& path, const std::string& text, unsigned mode = 0644);
+
+/// The same of bytes.
+void write_bytes(const std::string& path, std::span<const uint8_t> bytes);
 
 }  // namespace landfix::tools

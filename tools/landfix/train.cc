@@ -57,7 +57,7 @@ void run_train(const TrainArguments& a) {
   const std::vector<landmarks::Sample> samples = landmarks::samples_of(read_images(a), a.options);
   landmarks::HeldOut held_out;
   const std::vector<uint8_t> bytes = encode_model(landmarks::train(samples, a.options, held_out));
-  write_text(a.output, std::string(bytes.begin(), bytes.end()));
+  write_bytes(a.output, bytes);
   if (a.json) {
     const nlohmann::ordered_json json = {{"colour", eval::to_json(held_out.colour)},
                                          {"gray", eval::to_json(held_out.gray)}};

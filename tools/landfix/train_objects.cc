@@ -37,7 +37,7 @@ void run(const Arguments& a) {
   landmarks::ObjectTrainingOptions options = a.training;
   options.on_progress = [](const std::string& text) { fmt::print(stderr, "{}\n", text); };
   const std::vector<uint8_t> bytes = landmarks::train_objects(scenes, options).serialise();
-  write_text(a.output, std::string(bytes.begin(), bytes.end()));
+  write_bytes(a.output, bytes);
   fmt::print("{}: {} bytes, from {} scenes\n", a.output, bytes.size(), scenes.size());
 }
 

@@ -1,9 +1,10 @@
 // `landfix train-roads`: learns what roads look like from images with known roads.
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <functional>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <span>
 
 #include "builder/error.h"
 #include "builder/ingest/window.h"
@@ -23,20 +24,18 @@ struct Arguments {
   int variations = 6;
 };
 
+template <typename Set>
 struct Sets {
-  landmarks::TrainingSet colour, gray;
+  Set colour, gray;
 };
+
+/// Takes an image with its lines at so many pixels per metre, and a seed.
+using Learner = std::function<void(const landmarks::Example&, landmarks::Truth, double, uint64_t)>;
 
 cv::Mat gray_of(const cv::Mat& image) {
   cv::Mat gray;
   cv::cvtColor(image, gray, cv::COLOR_RGB2GRAY);
   return gray;
-}
-
-// Both sets learn from the same place.
-void add_both(const landmarks::Example& e, landmarks::Truth truth, double px_per_m, uint64_t seed, Sets& sets) {
-  landmarks::add_examples(e.image, e.roads, truth, px_per_m, seed, sets.colour);
-  landmarks::add_examples(gray_of(e.image), e.roads, truth, px_per_m, seed, sets.gray);
 }
 
 std::vector<landmarks::Line> in_pixels(const std::vector<eval::RoadLine>& lines, const features::GridImage& image) {
@@ -49,17 +48,16 @@ std::vector<landmarks::Line> in_pixels(const std::vector<eval::RoadLine>& lines,
   return out;
 }
 
-void report(const std::string& source, const Sets& sets) {
-  fmt::print(stderr, "{}: {} examples in colour and {} in gray so far\n", source, sets.colour.rows.size(),
-             sets.gray.rows.size());
-}
+// Pixels per metre. Wide roads at 2 m look as these do when enlarged less; narrow ones as when enlarged more. The
+// second judge sees 2 m as well; enlarged most, streets and lanes are wide roads of one carriageway to it.
+constexpr double kScales[] = {1.0, 1.5, 2.2, 0.5}, kSecondScales[] = {1.0, 1.5, 2.2, 3.3};
 
-void learn_from(const std::string& world, const Arguments& a, uint64_t number, Sets& sets) {
+void learn_from(const std::string& world, const Arguments& a, uint64_t number, std::span<const double> scales,
+                const Learner& learn) {
   const std::string path = world + "/ortho.tif";
   const tiles::Zone zone = ingest::standard_zone_of(path);
   const std::vector<eval::RoadLine> roads = eval::read_road_lines(world + "/roads.geojson", zone);
-  // Wide roads at 2 m look as these do when enlarged less; narrow ones as when enlarged more.
-  for (const double px_per_m : {1.0, 1.5, 2.2, 0.5}) {
+  for (const double px_per_m : scales) {
     const int count = px_per_m < 1 ? std::min(a.variations, 2) : a.variations / 3;
     if (count == 0 && px_per_m != 1) continue;
     const features::GridImage image =
@@ -67,16 +65,14 @@ void learn_from(const std::string& world, const Arguments& a, uint64_t number, S
     if (image.pixels.channels() != 3) throw Error(ExitCode::kBadInput, path + ": expected red, green and blue");
     const std::vector<landmarks::Line> lines = in_pixels(roads, image);
     const uint64_t seed = a.seed * 1000003 + number * 101 + uint64_t(px_per_m * 10);
-    if (px_per_m == 1) add_both({image.pixels, lines}, landmarks::Truth::kExact, px_per_m, seed, sets);
+    if (px_per_m == 1) learn({image.pixels, lines}, landmarks::Truth::kExact, px_per_m, seed);
     for (int i = 0; i < count; ++i)
-      add_both(landmarks::varied(image.pixels, lines, seed + uint64_t(i) * 7), landmarks::Truth::kExact, px_per_m, seed,
-               sets);
+      learn(landmarks::varied(image.pixels, lines, seed + uint64_t(i) * 7), landmarks::Truth::kExact, px_per_m, seed);
   }
-  report(world, sets);
 }
 
 // Windows of an image in which somebody drew all roads: as they are, at half the scale, and varied.
-void learn_from_drawn(const std::string& option, const Arguments& a, uint64_t number, Sets& sets) {
+void learn_from_drawn(const std::string& option, const Arguments& a, uint64_t number, const Learner& learn) {
   const std::string path = option.substr(0, option.find('=')), lines_path = option.substr(option.find('=') + 1);
   const tiles::Zone zone = ingest::standard_zone_of(path);
   const std::vector<eval::RoadLine> roads = eval::read_road_lines(lines_path, zone);
@@ -88,27 +84,55 @@ void learn_from_drawn(const std::string& option, const Arguments& a, uint64_t nu
       if (image.pixels.channels() != 3) throw Error(ExitCode::kBadInput, path + ": expected red, green and blue");
       const landmarks::Example plain = {image.pixels, in_pixels(roads, image)};
       const uint64_t seed = a.seed * 1000003 + number * 10007 + w * 101 + uint64_t(px_per_m * 10);
-      add_both(plain, landmarks::Truth::kDrawn, px_per_m, seed, sets);
+      learn(plain, landmarks::Truth::kDrawn, px_per_m, seed);
       for (int i = 0; i < a.variations / 3; ++i)
-        add_both(landmarks::varied(plain.image, plain.roads, seed + uint64_t(i) * 7), landmarks::Truth::kDrawn,
-                 px_per_m, seed, sets);
+        learn(landmarks::varied(plain.image, plain.roads, seed + uint64_t(i) * 7), landmarks::Truth::kDrawn, px_per_m,
+              seed);
     }
   }
-  report(path, sets);
+}
+
+void learn_from_all(const Arguments& a, std::span<const double> scales, const Learner& learn) {
+  for (size_t i = 0; i < a.worlds.size(); ++i) learn_from(a.worlds[i], a, i, scales, learn);
+  for (size_t i = 0; i < a.drawn.size(); ++i) learn_from_drawn(a.drawn[i], a, i, learn);
+}
+
+// Each judge learns in colour and in gray from the same places.
+void learn_first(const Arguments& a, landmarks::RoadModel& model) {
+  Sets<landmarks::TrainingSet> sets;
+  learn_from_all(a, kScales, [&](const landmarks::Example& e, landmarks::Truth truth, double px_per_m, uint64_t seed) {
+    landmarks::add_examples(e.image, e.roads, truth, px_per_m, seed, sets.colour);
+    landmarks::add_examples(gray_of(e.image), e.roads, truth, px_per_m, seed, sets.gray);
+  });
+  fmt::print("first judge: {} examples in colour and {} in gray\n", sets.colour.rows.size(), sets.gray.rows.size());
+  model.colour.first = landmarks::boost(sets.colour, {});
+  model.gray.first = landmarks::boost(sets.gray, {});
+}
+
+void learn_second(const Arguments& a, landmarks::RoadModel& model) {
+  Sets<landmarks::SecondTrainingSet> sets;
+  constexpr landmarks::BoostingOptions kOptions = {.trees = 100};
+  learn_from_all(
+      a, kSecondScales, [&](const landmarks::Example& e, landmarks::Truth truth, double px_per_m, uint64_t seed) {
+        if (px_per_m < 1) return;  // windows that were drawn in are seen at 2 m too, which it does by itself
+        landmarks::add_examples(e.image, e.roads, truth, px_per_m, seed, model.colour.first, sets.colour);
+        landmarks::add_examples(gray_of(e.image), e.roads, truth, px_per_m, seed, model.gray.first, sets.gray);
+      });
+  fmt::print("second judge: {} examples in colour and {} in gray\n", sets.colour.rows.size(), sets.gray.rows.size());
+  model.colour.second = landmarks::boost(sets.colour, kOptions);
+  model.gray.second = landmarks::boost(sets.gray, kOptions);
 }
 
 void run(const Arguments& a) {
   for (const std::string& option : a.drawn)
     if (option.find('=') == std::string::npos)
       throw Error(ExitCode::kUsage, "--drawn " + option + ": expected IMAGE=LINES, with an equals sign between them");
-  Sets sets;
-  for (size_t i = 0; i < a.worlds.size(); ++i) learn_from(a.worlds[i], a, i, sets);
-  for (size_t i = 0; i < a.drawn.size(); ++i) learn_from_drawn(a.drawn[i], a, i, sets);
-  const landmarks::RoadModel model = {landmarks::boost(sets.colour, {}), landmarks::boost(sets.gray, {})};
+  landmarks::RoadModel model;
+  learn_first(a, model);
+  learn_second(a, model);
   const std::vector<uint8_t> bytes = model.serialise();
-  write_text(a.output, std::string(bytes.begin(), bytes.end()));
-  fmt::print("{}: {} bytes, from {} examples in colour and {} in gray\n", a.output, bytes.size(),
-             sets.colour.rows.size(), sets.gray.rows.size());
+  write_bytes(a.output, bytes);
+  fmt::print("{}: {} bytes\n", a.output, bytes.size());
 }
 
 }  // namespace

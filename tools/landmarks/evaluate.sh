@@ -1,8 +1,8 @@
 #!/bin/sh
 # The tables of docs/landmarks.md: landmarks, roads and labelled places on worlds and images, by the models in the program.
 #   LANDFIX_DATA=... tools/landmarks/evaluate.sh build/release/tools/landfix/landfix [FOLDER for the worlds]
-# No model has seen the worlds; areas 1 to 3 and the chips of `hura` and `portugal` are among what the models learnt from
-# (train_objects.sh can hold an area out).
+# No model has seen the worlds, nor the windows of `hura` whose buildings are labelled in labels/; areas 1 to 3 and the chips
+# of `hura` and `portugal` are among what the models learnt from (train_objects.sh can hold an area out).
 set -eu
 landfix=$1
 work=${2:-build/landmarks}
@@ -39,6 +39,11 @@ for area in 1 2 3; do
   printf '\n== hura, area %s\n' "$area"
   "$landfix" eval landmarks --image "$hura" --points "$labels/hura/area_$area.geojson" --extent "$labels/hura/area_${area}_extent.geojson" |
     grep -E '^(within +6|confidence 0\.[357]|intersection)'
+done
+for window in 1 2 3 4; do
+  known=$(dirname "$0")/labels/hura_buildings_$window.geojson
+  printf '\n== hura, window %s\n' "$window"
+  "$landfix" eval landmarks --image "$hura" --points "$known" --extent "$known" | grep -E '^(within +6|confidence 0\.[357])'
 done
 printf '\n== chips\n'
 "$landfix" eval landmarks --image "$hura" --chips "$labels/hura/chips.csv"
