@@ -18,6 +18,7 @@ void add_fly(CLI::App& app);
 void add_route(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_eval_roads(CLI::App& eval);
+void add_eval_route(CLI::App& eval);
 void add_roads(CLI::App& app);
 void add_train_roads(CLI::App& app);
 void add_train_objects(CLI::App& app);

@@ -27,20 +27,6 @@ namespace {
 using nlohmann::ordered_json;
 constexpr double kRadians = std::numbers::pi / 180;
 
-/// Every raster layer of a pack, ready to be read from all threads: what is compressed is decoded here.
-void prepare_rasters(const Pack& pack, const std::string& path) {
-  const lf_info info = pack.info();
-  for (const nav::Method method : nav::kMethods) {
-    const Result<uint32_t> layer = pack.find_layer(nav::name_of(method));  // layers bear the matchers' names
-    if (!layer) continue;
-    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
-      const Result<Region> region =
-          pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
-      if (region) check(pack.prepare(*region), path);
-    }
-  }
-}
-
 eval::MapFrame frame_of(const Pack& pack, const std::string& path) {
   const lf_info info = pack.info();
   const std::pair<double, double> range = eval::raster_levels(nav::PackMap(pack));
@@ -102,7 +88,7 @@ void run_register(RegisterArguments a) {
   cv::setNumThreads(1);  // every call is timed on its own thread
   const Pack pack = open_pack(a.map, a.key_files);
   const eval::MapFrame frame = frame_of(pack, a.map);
-  prepare_rasters(pack, a.map);
+  prepare_layers(pack, a.map);
   const eval::OpenMap open_map = [&] { return std::make_unique<nav::PackMap>(pack); };
   std::vector<eval::CameraTrials> trials;
   ordered_json cameras = ordered_json::array();
@@ -171,7 +157,7 @@ void run_photos(PhotosArguments a) {
   cv::setNumThreads(1);
   const Pack pack = open_pack(a.map, a.key_files);
   const eval::MapFrame frame = frame_of(pack, a.map);
-  prepare_rasters(pack, a.map);
+  prepare_layers(pack, a.map);
   const std::vector<eval::PhotoResult> photos = eval::register_photos(pack, a.map, a.photos, a.options);
   if (!a.output.picture.empty()) write_picture(a.output.picture, draw_photos(photos, nav::PackMap(pack)));
   ordered_json json = {{"map", std::filesystem::path(a.map).filename().string()},
@@ -359,6 +345,8 @@ Examples:
       images of the same places at two dates, without a map
   landfix eval photos --map park.lfpack DJI_*.JPG --picture park.png
       photographs with position and attitude in their tags
+  landfix eval route --map area.lfpack --scene 2018.tif --agl 160
+      what is predicted of routes, against simulated flights
 
 'landfix eval COMMAND --help' shows a command's options.
 )");
@@ -366,6 +354,7 @@ Examples:
   add_pairs(*sub);
   add_photos(*sub);
   add_eval_roads(*sub);
+  add_eval_route(*sub);
   add_eval_landmarks(*sub);
 }
 

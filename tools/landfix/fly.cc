@@ -82,10 +82,7 @@ fly::FlightOptions flight_options(const Arguments& a, const lf_info& map) {
   o.sensors.attitude_bias_rad = a.attitude_bias_deg * kRadians;
   o.sensors.heading_noise_rad = a.heading_noise_deg * kRadians;
   o.sensors.heading_bias_rad = a.heading_bias_deg * kRadians;
-  // The aircraft knows the size of its errors, not their draw.
-  o.localizer.attitude_sigma_rad = o.sensors.attitude_noise_rad;
-  o.localizer.attitude_bias_sigma_rad = o.sensors.attitude_bias_rad;
-  o.localizer.heading_sigma_rad = std::hypot(o.sensors.heading_noise_rad, o.sensors.heading_bias_rad);
+  o = fly::with_known_errors(o);
   o.localizer.method = nav::method_of(a.matcher);
   const double map_error_m = a.map_error_m >= 0 ? a.map_error_m : map.georegistration_error_m;
   if (map_error_m >= 0) o.localizer.map_bias_sigma_m = map_error_m;
@@ -134,19 +131,6 @@ fly::Route make_route(const Arguments& a, const Mission& m) {
   const Eigen::Vector2d center = center_of(a, m);
   if (a.racetrack_m > 0) return fly::Route::racetrack(center.x(), center.y(), a.racetrack_m, a.turn_radius_m);
   return fly::Route::loop(center.x(), center.y(), a.loop_m, a.turn_radius_m);
-}
-
-/// All layers that the flight asks for; those that are compressed are decoded here.
-void prepare_map(const Pack& pack, const std::string& path) {
-  const lf_info info = pack.info();
-  for (const char* name : {"gray", "edge", "contour", "orientation", "height"}) {
-    const Result<uint32_t> layer = pack.find_layer(name);
-    if (!layer) continue;
-    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
-      const Result<Region> all = pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
-      if (all) check(pack.prepare(*all), path);
-    }
-  }
 }
 
 /// Why images gave no fix; empty where all did.
@@ -234,7 +218,7 @@ void print_text(const fly::Summary& s, const std::string& folder) {
 
 void run(const Arguments& a) {
   const Mission mission = open_map(a);
-  prepare_map(mission.pack, a.map);
+  prepare_layers(mission.pack, a.map);
   const fly::FlightOptions options = flight_options(a, mission.info);
   fly::SceneSource source = scene_source(a, mission.info);
   const fly::Route route = make_route(a, mission);

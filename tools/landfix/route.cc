@@ -5,14 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "builder/error.h"
-#include "runtime/nav/pack_map.h"
 #include "tools/common/files.h"
-#include "tools/common/open_pack.h"
 #include "tools/landfix/commands.h"
+#include "tools/landfix/route_setup.h"
 #include "tools/mission/read.h"
 #include "tools/mission/write.h"
 #include "tools/route/altitude.h"
-#include "tools/route/pack_navigability.h"
 #include "tools/route/polygon_file.h"
 #include "tools/route/report.h"
 #include "tools/route/suggest.h"
@@ -36,57 +34,11 @@ Examples:
       from which height the mission is flown best)";
 
 /// The command line as given, degrees where it says so.
-struct Arguments {
-  std::string map, mission, output, html, no_fly, require = "10m@95%";
-  std::vector<std::string> key_files;
+struct Arguments : RouteArguments {
+  std::string mission, output, html, no_fly;
   std::vector<double> from, to, heights, band;
-  std::vector<int> image_size = {640, 480};
-  double field_of_view_deg = 60, attitude_noise_deg = 0.5, attitude_bias_deg = 0.3, heading_bias_deg = 0.3;
-  double map_error_m = -1;
   std::optional<double> agl_m, altitude_m, speed_mps;
-  fly::FlightOptions flight;
-  route::ScoreOptions score;
   bool json = false;
-};
-
-/// What every subcommand needs; not to be moved, as the heights refer to the map.
-struct Setup {
-  explicit Setup(const Arguments& a)
-      : pack(open_pack(a.map, a.key_files)),
-        info(pack.info()),
-        zone{info.zone, info.north != 0},
-        ground(pack),
-        navigability(route::open_navigability(pack, a.map)) {
-    heights.ground_m = [this](double east_m, double north_m) -> std::optional<double> {
-      const route::Extent e = navigability->extent();
-      return e.holds(east_m, north_m) ? ground.ground_height_m(east_m, north_m) : std::nullopt;
-    };
-    heights.geoid_m = [this](double east_m, double north_m) -> std::optional<double> {
-      const Result<double> undulation = pack.undulation(east_m, north_m);
-      return undulation ? std::optional(*undulation) : std::nullopt;
-    };
-    fly::FlightOptions flight = a.flight;
-    flight.sensors.attitude_noise_rad = a.attitude_noise_deg * kRadians;
-    flight.sensors.attitude_bias_rad = a.attitude_bias_deg * kRadians;
-    flight.sensors.heading_bias_rad = a.heading_bias_deg * kRadians;
-    const double map_error_m = a.map_error_m >= 0 ? a.map_error_m : info.georegistration_error_m;
-    if (map_error_m >= 0) flight.localizer.map_bias_sigma_m = map_error_m;
-    vehicle.camera = nav::camera_from_field_of_view(a.image_size[0], a.image_size[1], a.field_of_view_deg * kRadians);
-    vehicle.image_interval_s = flight.image_interval_s;
-    vehicle.errors = route::error_model(flight);
-    score = a.score;
-    score.requirement = route::parse_requirement(a.require);
-  }
-  Setup(const Setup&) = delete;
-
-  Pack pack;
-  lf_info info;
-  tiles::Zone zone;
-  nav::PackMap ground;
-  std::unique_ptr<route::NavigabilityMap> navigability;
-  route::Heights heights;
-  route::Vehicle vehicle;
-  route::ScoreOptions score;
 };
 
 void print(const Arguments& a, const nlohmann::ordered_json& json, const std::string& text) {
@@ -101,7 +53,7 @@ route::PathOptions path_options(const Arguments& a) {
 }
 
 void run_score(const Arguments& a) {
-  const Setup setup(a);
+  const RouteSetup setup(a);
   const mission::Mission mission = mission::read_mission(a.mission);
   const route::Path path = route::path_of(mission, setup.zone, setup.heights, path_options(a));
   const route::RouteScore score = route::score(path, *setup.navigability, setup.vehicle, setup.score);
@@ -110,7 +62,7 @@ void run_score(const Arguments& a) {
 }
 
 void run_altitude(const Arguments& a) {
-  const Setup setup(a);
+  const RouteSetup setup(a);
   const mission::Mission mission = mission::read_mission(a.mission);
   const auto path_at = [&](double agl_m) {
     route::PathOptions options = path_options(a);
@@ -130,7 +82,7 @@ Eigen::Vector2d place_of(const std::vector<double>& degrees, const tiles::Zone& 
 }
 
 /// Without a given height the mission's own mean height above ground; 120 m between two places.
-void set_level(const Arguments& a, const Setup& setup, const std::optional<mission::Mission>& mission,
+void set_level(const Arguments& a, const RouteSetup& setup, const std::optional<mission::Mission>& mission,
                route::RouteProblem& problem) {
   problem.level_m = a.agl_m.value_or(120);
   if (a.altitude_m) {
@@ -154,7 +106,7 @@ void set_level(const Arguments& a, const Setup& setup, const std::optional<missi
 }
 
 /// A changed copy of the mission where it is a plan or WPL of the same kind as the output, else a new file.
-std::string suggested_file(const Arguments& a, const Setup& setup, const std::optional<mission::Mission>& mission,
+std::string suggested_file(const Arguments& a, const RouteSetup& setup, const std::optional<mission::Mission>& mission,
                            const route::MissionStops& stops, const route::RouteProblem& problem,
                            const route::Suggestion& suggestion) {
   const mission::Format format = mission::format_for(a.output);
@@ -179,7 +131,7 @@ void run_suggest(const Arguments& a) {
   const bool places = !a.from.empty() && !a.to.empty();
   if (places == !a.mission.empty())
     throw Error(ExitCode::kUsage, "route suggest: expected either a mission, or --from and --to");
-  const Setup setup(a);
+  const RouteSetup setup(a);
   route::RouteProblem problem;
   problem.map = setup.navigability.get();
   problem.vehicle = setup.vehicle;
@@ -204,42 +156,13 @@ void run_suggest(const Arguments& a) {
   print(a, route::to_json(suggestion, setup.zone), route::to_text(suggestion));
 }
 
-void add_vehicle_options(CLI::App& command, Arguments& a) {
-  const auto number = [&](const char* name, double& value, const char* text) {
-    command.add_option(name, value, text)->capture_default_str()->check(CLI::NonNegativeNumber);
-  };
-  command.add_option("--speed", a.speed_mps, "Ground speed of the whole route, m/s [as the mission says]")
-      ->check(CLI::PositiveNumber);
-  number("--image-interval", a.flight.image_interval_s, "Time between images, s");
-  number("--fov-deg", a.field_of_view_deg, "Horizontal field of view of the camera");
-  command.add_option("--image-size", a.image_size, "Pixels of the camera")
-      ->delimiter(',')
-      ->expected(2)
-      ->type_name("WIDTH,HEIGHT")
-      ->capture_default_str();
-  number("--attitude-noise-deg", a.attitude_noise_deg, "White error of roll and pitch");
-  number("--attitude-bias-deg", a.attitude_bias_deg, "Constant error of roll and pitch");
-  number("--heading-bias-deg", a.heading_bias_deg, "Constant error of the heading");
-  number("--odometry-drift", a.flight.sensors.odometry_drift, "Error of dead reckoning as a share of the distance");
-  number("--gnss-sigma", a.flight.sensors.gnss_sigma_m, "Error of the last position with GNSS per axis, m");
-  command.add_option("--map-error", a.map_error_m, "Constant error of the map, m per axis [as the pack says]")
-      ->check(CLI::NonNegativeNumber);
-}
-
 void add_common_options(CLI::App& command, Arguments& a) {
-  command.add_option("--map", a.map, "The map pack, with navigability")->required()->type_name("PACK");
-  command.add_option("--key", a.key_files, "Trusted public key file of the map (may be repeated)")
-      ->allow_extra_args(false);
-  command.add_option("--require", a.require, "Position error and the share of cases in which it must be kept")
-      ->capture_default_str()
-      ->type_name("METRESm@PERCENT%");
-  command.add_option("--corridor", a.score.corridor_m, "Half the width of the corridor to stay in, m")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  add_route_options(command, a);
   command.add_option("--agl", a.agl_m, "Height above ground, m, where the mission gives none")
       ->check(CLI::PositiveNumber);
+  command.add_option("--speed", a.speed_mps, "Ground speed of the whole route, m/s [as the mission says]")
+      ->check(CLI::PositiveNumber);
   command.add_flag("--json", a.json, "Print JSON");
-  add_vehicle_options(command, a);
 }
 
 void add_score(CLI::App& parent) {

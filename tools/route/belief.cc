@@ -28,6 +28,7 @@ Hypothesis merged(const Hypothesis& a, const Hypothesis& b) {
   m.filter_m2 = share * a.filter_m2 + rest * b.filter_m2;
   m.drift = share * a.drift + rest * b.drift;
   m.bias = share * a.bias + rest * b.bias;
+  m.match = share * a.match + rest * b.match;
   m.noise_m2 =
       share * a.noise_m2 + rest * b.noise_m2 + share * rest * (drift * drift.transpose() + bias * bias.transpose());
   return m;
@@ -61,17 +62,20 @@ void reduce(std::vector<Hypothesis>& list, size_t limit) {
   }
 }
 
-Hypothesis with_fix(const Hypothesis& h, double weight, const FixUpdate& update, const Eigen::Matrix2d& noise_m2,
-                    double bias_m, bool is_true) {
-  const Eigen::Matrix2d keep = Eigen::Matrix2d::Identity() - update.gain;
+/// After a fix whose error has a white part of this variance per axis, a constant one and, where `match` is not zero,
+/// that times the process of the matches' errors.
+Hypothesis with_fix(const Hypothesis& h, const FixUpdate& update, double white_m2, double bias_m,
+                    const Eigen::Matrix2d& match) {
+  const Eigen::Matrix2d keep = Eigen::Matrix2d::Identity() - update.gain, added = update.gain * match;
   Hypothesis out = h;
-  out.weight = weight;
-  out.fixed = is_true;
   out.since_fix_m = 0;
   out.filter_m2 = update.filter_m2;
   out.drift = keep * h.drift;
   out.bias = keep * h.bias + bias_m * update.gain;
-  out.noise_m2 = symmetric(keep * h.noise_m2 * keep.transpose() + update.gain * noise_m2 * update.gain.transpose());
+  out.match = keep * h.match + added;
+  const Eigen::Matrix2d both = keep * h.match * added.transpose();
+  out.noise_m2 = symmetric(keep * h.noise_m2 * keep.transpose() + both + both.transpose() + added * added.transpose() +
+                           white_m2 * update.gain * update.gain.transpose());
   return out;
 }
 
@@ -79,12 +83,19 @@ Hypothesis with_fix(const Hypothesis& h, double weight, const FixUpdate& update,
 
 FixUpdate fix_update(const View& view, const Eigen::Matrix2d& filter_m2, double since_fix_m, double independent_m) {
   FixUpdate u;
-  u.weight = since_fix_m < independent_m ? std::max(since_fix_m / independent_m, 1e-6) : 1;
-  // As the localizer weighs: the match is tempered, of the attitude's white noise as much counts as tempering restores.
-  u.noise_m2 = view.match_m2 / u.weight + view.attitude_m * view.attitude_m * Eigen::Matrix2d::Identity();
-  u.gain = filter_m2 * (filter_m2 + u.noise_m2).inverse();
+  const double weight = since_fix_m < independent_m ? std::max(since_fix_m / independent_m, 1e-6) : 1;
+  // As the localizer weighs: the match is tempered, the attitude's white noise is not.
+  const Eigen::Matrix2d believed_m2 =
+      view.match_m2 / weight + view.attitude_m * view.attitude_m * Eigen::Matrix2d::Identity();
+  u.gain = filter_m2 * (filter_m2 + believed_m2).inverse();
   u.filter_m2 = symmetric((Eigen::Matrix2d::Identity() - u.gain) * filter_m2);
   return u;
+}
+
+Eigen::Matrix2d root(const Eigen::Matrix2d& covariance_m2) {
+  // Of two by two, by Cayley and Hamilton.
+  const double s = std::sqrt(std::max(covariance_m2.determinant(), 0.0)), t = std::sqrt(covariance_m2.trace() + 2 * s);
+  return t > 0 ? Eigen::Matrix2d((covariance_m2 + s * Eigen::Matrix2d::Identity()) / t) : Eigen::Matrix2d::Zero();
 }
 
 double fix_probability_given(bool fixed, double last, double p, double correlation) {
@@ -98,7 +109,7 @@ Belief::Belief(const ErrorModel& errors, int hypotheses) : limit_(std::max(hypot
   Hypothesis start;
   start.since_fix_m = std::numeric_limits<double>::infinity();
   start.filter_m2 = start.noise_m2 = errors.start_sigma_m * errors.start_sigma_m * Eigen::Matrix2d::Identity();
-  start.drift = start.bias = Eigen::Matrix2d::Zero();
+  start.drift = start.bias = start.match = Eigen::Matrix2d::Zero();
   hypotheses_.push_back(start);
 }
 
@@ -114,26 +125,26 @@ void Belief::fly(double distance_m, double agl_m, const ErrorModel& errors) {
 
 void Belief::look(const ViewFunction& view, double correlation, double independent_m) {
   std::vector<Hypothesis> fixed, others;
-  for (const Hypothesis& h : hypotheses_) {
+  for (Hypothesis& h : hypotheses_) {
+    h.match *= correlation;
     const double sigma_m = std::sqrt(std::max(h.filter_m2(0, 0), h.filter_m2(1, 1)));
     const View& v = view(sigma_m);
     const double p = fix_probability_given(h.fixed, h.last_probability, v.fix_probability, correlation);
     const double none = 1 - v.fix_probability;
     const double deceived = none > 0 ? (1 - p) * std::min(1.0, v.false_probability / none) : 0;
-    const auto keep = [&](std::vector<Hypothesis>& list, Hypothesis outcome) {
+    const auto keep = [&](std::vector<Hypothesis>& list, Hypothesis outcome, double chance, bool is_true) {
+      outcome.weight = h.weight * chance;
+      outcome.fixed = is_true;
       outcome.last_probability = v.fix_probability;
       if (outcome.weight > kNegligible) list.push_back(outcome);
     };
     if (p > 0 || deceived > 0) {
       const FixUpdate u = fix_update(v, h.filter_m2, h.since_fix_m, independent_m);
-      keep(fixed, with_fix(h, h.weight * p, u, u.noise_m2, v.bias_m, true));
+      keep(fixed, with_fix(h, u, v.attitude_m * v.attitude_m, v.bias_m, root(v.match_m2)), p, true);
       const double false_m = false_sigma_m(v.search_m);
-      keep(others, with_fix(h, h.weight * deceived, u, false_m * false_m * Eigen::Matrix2d::Identity(), 0, false));
+      keep(others, with_fix(h, u, false_m * false_m, 0, Eigen::Matrix2d::Zero()), deceived, false);
     }
-    Hypothesis none_given = h;
-    none_given.weight = h.weight * (1 - p - deceived);
-    none_given.fixed = false;
-    keep(others, none_given);
+    keep(others, h, 1 - p - deceived, false);
   }
   // Those that have just got a fix differ less than the others do.
   const size_t of_fixed = others.empty() ? size_t(limit_) : size_t(std::max(1, limit_ / 4));

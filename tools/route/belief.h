@@ -13,7 +13,9 @@
 
 namespace landfix::route {
 
-/// One merged history. The error is Gaussian with mean 0 and covariance drift·driftᵀ + bias·biasᵀ + noise.
+/// One merged history. The error is Gaussian with mean 0 and covariance drift·driftᵀ + bias·biasᵀ + noise. Errors of
+/// matches of the same ground are alike: they follow a process of unit variance, whose correlation between two images is
+/// that of their outcomes.
 struct Hypothesis {
   double weight = 1;
   bool fixed = false;            ///< the last image gave a true fix
@@ -22,7 +24,8 @@ struct Hypothesis {
   Eigen::Matrix2d filter_m2;     ///< what the filter believes its covariance to be
   Eigen::Matrix2d drift;         ///< response to the flight's constant drift, of unit variance
   Eigen::Matrix2d bias;          ///< response to the fixes' constant error, of unit variance
-  Eigen::Matrix2d noise_m2;      ///< all that is white
+  Eigen::Matrix2d noise_m2;      ///< all else
+  Eigen::Matrix2d match;         ///< covariance of that with the process of the matches' errors
 
   Eigen::Matrix2d error_m2() const { return drift * drift.transpose() + bias * bias.transpose() + noise_m2; }
 };
@@ -30,12 +33,14 @@ struct Hypothesis {
 /// What the image offers to a filter of this standard deviation (its wider axis).
 using ViewFunction = std::function<const View&(double filter_sigma_m)>;
 
-/// Gain and noise of one fix; shared with the simulation (simulate.h), so that both speak of one model.
+/// What the filter makes of one fix; shared with the simulation (simulate.h), so that both speak of one model.
 struct FixUpdate {
-  Eigen::Matrix2d gain, filter_m2, noise_m2;  ///< noise_m2: covariance of what the fix adds, before the gain
-  double weight = 1;                          ///< how far the image counts as new
+  Eigen::Matrix2d gain, filter_m2;
 };
 FixUpdate fix_update(const View& view, const Eigen::Matrix2d& filter_m2, double since_fix_m, double independent_m);
+
+/// The symmetric root of a covariance: times a process of unit variance the error of a match.
+Eigen::Matrix2d root(const Eigen::Matrix2d& covariance_m2);
 
 /// Probability of a true fix given what happened to the image before, `correlation` being that of both outcomes.
 double fix_probability_given(bool fixed, double last_probability, double probability, double correlation);
@@ -51,7 +56,7 @@ class Belief {
   /// Odometry over a distance at a height above ground.
   void fly(double distance_m, double agl_m, const ErrorModel& errors);
 
-  /// An image. `correlation`: of its outcome with that of the image before.
+  /// An image. `correlation`: of its outcome and of its match's error with those of the image before.
   void look(const ViewFunction& view, double correlation, double independent_m);
 
   Eigen::Matrix2d covariance_m2() const;

@@ -1,6 +1,5 @@
 #include "tools/route/simulate.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
@@ -29,6 +28,7 @@ class DrawnFlight {
     drift_ = errors_.drift_share * gaussian();
     bias_ = gaussian();
     error_ = errors_.start_sigma_m * gaussian();
+    match_ = gaussian();
     filter_m2_ = errors_.start_sigma_m * errors_.start_sigma_m * Eigen::Matrix2d::Identity();
   }
 
@@ -39,9 +39,10 @@ class DrawnFlight {
     error_ += flown_m * drift_ + std::sqrt(errors_.noise_m2_per_m * flown_m) * gaussian();
     filter_m2_.diagonal().array() += errors_.filter_noise_m2_per_m(agl_m) * flown_m;
     since_fix_m_ += flown_m;
+    const double correlation = outcome_correlation(flown_m, vehicle_.footprint_m(agl_m));
+    match_ = correlation * match_ + std::sqrt(1 - correlation * correlation) * gaussian();
     const View& view = image.view(std::sqrt(std::max(filter_m2_(0, 0), filter_m2_(1, 1))));
-    const double p = fix_probability_given(fixed_, last_probability_, view.fix_probability,
-                                           outcome_correlation(flown_m, vehicle_.footprint_m(agl_m)));
+    const double p = fix_probability_given(fixed_, last_probability_, view.fix_probability, correlation);
     const double none = 1 - view.fix_probability;
     const double deceived = none > 0 ? (1 - p) * std::min(1.0, view.false_probability / none) : 0;
     const double draw = random_.uniform();
@@ -59,7 +60,7 @@ class DrawnFlight {
   void take(const View& view, const FixUpdate& update) {
     Eigen::Vector2d measured;
     if (fixed_) {
-      measured = Eigen::LLT<Eigen::Matrix2d>(update.noise_m2).matrixL() * gaussian() + view.bias_m * bias_;
+      measured = root(view.match_m2) * match_ + view.attitude_m * gaussian() + view.bias_m * bias_;
     } else {
       const double east = 2 * random_.uniform() - 1;
       measured = view.search_m * Eigen::Vector2d(east, 2 * random_.uniform() - 1);
@@ -72,7 +73,7 @@ class DrawnFlight {
   const Vehicle& vehicle_;
   const ErrorModel& errors_;
   fly::NoiseStream random_;
-  Eigen::Vector2d drift_, bias_, error_;
+  Eigen::Vector2d drift_, bias_, error_, match_;
   Eigen::Matrix2d filter_m2_;
   double since_fix_m_ = std::numeric_limits<double>::infinity(), last_probability_ = -1;
   bool fixed_ = false;
