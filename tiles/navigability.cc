@@ -54,6 +54,9 @@ double share_of_code(uint8_t code) { return code == 0 ? 0 : (code - 1) / 254.0; 
 uint8_t code_of_count(unsigned count) { return uint8_t(1 + std::min(count, 254U)); }
 unsigned count_of_code(uint8_t code) { return code == 0 ? 0U : code - 1U; }
 
+constexpr int kLastDay = 65534;  // in 2149
+constexpr double kDaysPerYear = 365.25;
+
 // "160" or "12.5": as layer_of writes it, and nothing else.
 std::optional<double> metres_of(std::string_view text) {
   double value = 0;
@@ -88,6 +91,21 @@ std::optional<Footprint> footprint_named(std::string_view text) {
   return Footprint{*view, *search};
 }
 
+double aged(double fix_probability, double years) {
+  const double change = kAgeing * (std::log1p(std::max(years, 0.0)) - std::log1p(kTypicalAgeYears));
+  const double odds = fix_probability / (1 - fix_probability) * std::exp(-change);
+  return std::isinf(odds) ? 1 : odds / (1 + odds);
+}
+
+Navigability on_day(const Navigability& place, int day) {
+  Navigability out = place;
+  if (!place.newest_day) return out;
+  const double years = (double(day) - *place.newest_day) / kDaysPerYear;
+  for (double& p : out.fix_probability) p = aged(p, years);
+  if (years > kOldYears) out.reasons = uint16_t(out.reasons | 1U << unsigned(Reason::kOld));
+  return out;
+}
+
 NavigabilityPixel encode_navigability(const Navigability& n) {
   constexpr double pi = std::numbers::pi;
   NavigabilityPixel out{};
@@ -105,6 +123,9 @@ NavigabilityPixel encode_navigability(const Navigability& n) {
   *next++ = uint8_t(n.reasons & 255);
   *next++ = uint8_t(n.reasons >> 8);
   *next++ = code_of_count(n.dates);
+  const int day = n.newest_day ? 1 + std::clamp(*n.newest_day, 0, kLastDay) : 0;
+  *next++ = uint8_t(day & 255);
+  *next++ = uint8_t(day >> 8);
   return out;
 }
 
@@ -127,6 +148,8 @@ std::optional<Navigability> decode_navigability(std::span<const uint8_t> pixel) 
   n.reasons = *next++;
   n.reasons = uint16_t(n.reasons | *next++ << 8);
   n.dates = count_of_code(*next++);
+  const int day = next[0] | next[1] << 8;
+  if (day > 0) n.newest_day = day - 1;
   return n;
 }
 

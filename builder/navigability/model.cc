@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -13,10 +14,6 @@ namespace {
 
 /// No probability is closer to 0 or to 1: changes that no date shows come on top.
 constexpr double kMostCertain = 0.995;
-
-/// By how much the logit falls with the logarithm of one more than the years: 0.5 to 0.7 on real farmland of 2009 to
-/// 2018, where maps of one date and of three were as old as this on average.
-constexpr double kAgeing = 0.6, kTypicalAgeYears = 2;
 
 /// Scale of the matches' covariances and floor in pixels: from dates that are matched with each other, and from one
 /// that is matched with itself, which is far too sharp.
@@ -31,16 +28,18 @@ double weighted(std::span<const double> coefficients, const std::vector<double>&
   return std::inner_product(values.begin(), values.end(), coefficients.begin(), 0.0);
 }
 
+// `auto` has the last row of a table.
+size_t row_of(std::optional<nav::Method> method) { return method ? size_t(*method) : std::size(nav::kMethods); }
+
 }  // namespace
 
-double fix_probability(const Predictors& p, std::optional<double> age_years) {
+double fix_probability(const Predictors& p, std::optional<nav::Method> method) {
   if (p.dates == 0) return 0;
-  const double size = std::log(std::max(p.template_px, 1.0) / 40);
-  double logit = p.dates > 1
-                     ? weighted(kSeveralDates, {1, p.least_logit, p.mean_logit, std::log(p.structure + kLeastStructure),
-                                                p.background, size, 1.0 / (p.dates * (p.dates - 1))})
-                     : weighted(kOneDate, {1, p.structure, p.background, p.crest, size});
-  if (age_years) logit -= kAgeing * (std::log1p(std::max(*age_years, 0.0)) - std::log1p(kTypicalAgeYears));
+  const double size = std::log(std::max(p.template_px, 1.0) / 40), structure = std::log(p.structure + kLeastStructure);
+  const double logit = p.dates > 1 ? weighted(kSeveralDates[row_of(method)],
+                                              {1, p.least_logit, p.mean_logit, structure, p.background, size,
+                                               1.0 / (p.dates * (p.dates - 1))})
+                                   : weighted(kOneDate[row_of(method)], {1, p.structure, p.background, p.crest, size});
   return std::clamp(logistic(logit), 1 - kMostCertain, kMostCertain);
 }
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "runtime/features/gray.h"
 #include "runtime/features/orientation.h"
 #include "runtime/nav/image_map.h"
 #include "runtime/nav/registration.h"
@@ -82,6 +83,23 @@ GridImage cut(const GridImage& image, const cv::Rect& wanted) {
   return out;
 }
 
+/// What a build shows of several dates, in gray: of each pixel the first date that has it.
+GridImage newest_of(std::span<const GridImage> dates) {
+  GridImage out = dates[0];
+  out.pixels = features::gray_from_rgb(dates[0].pixels);
+  if (out.valid.empty()) return out;
+  out.pixels = out.pixels.clone();
+  out.valid = out.valid.clone();
+  for (const GridImage& date : dates.subspan(1)) {
+    cv::Mat added = out.valid == 0;
+    if (!date.valid.empty()) added &= date.valid;
+    if (cv::countNonZero(added) == 0) continue;
+    features::gray_from_rgb(date.pixels).copyTo(out.pixels, added);
+    out.valid.setTo(255, added);
+  }
+  return out;
+}
+
 /// Where on a surface of scores, as seen from the truth.
 struct Around {
   const GridImage& surface;
@@ -140,22 +158,31 @@ std::optional<LookAlike> strongest_look_alike(const Around& mean, double hit_m) 
 
 struct Witness::State {
   struct Date {
-    GridImage camera;          ///< what a camera would have seen
-    nav::ImageMap others;      ///< the map of all other dates, or of this one where there is no other
-    nav::Registrar registrar;  ///< of `others`
+    GridImage camera;  ///< what a camera would have seen
     Structure structure;
+    /// Of all other dates, or of this one where there is no other; registrars point to them.
+    std::optional<nav::ImageMap> fused, newest;
+    std::array<std::unique_ptr<nav::Registrar>, std::size(nav::kMethods)> registrars;  ///< by method; null: not asked for
 
-    Date(const GridImage& image, std::span<const GridImage> map_dates, int levels)
-        : camera(seen_by_camera(image)),
-          others(map_dates, levels, 0, std::array{nav::MapLayer::kOrientation}),
-          registrar(others, options()),
-          structure(image) {}
-    static nav::RegistrationOptions options() {
-      nav::RegistrationOptions o;
-      o.method = nav::Method::kOrientation;
-      o.rim_px = kRimPx;
-      return o;
+    Date(const GridImage& image, std::span<const GridImage> others, std::span<const nav::Method> methods)
+        : camera(seen_by_camera(image)), structure(image) {
+      std::vector<nav::MapLayer> layers;
+      for (const nav::Method method : methods)
+        if (method == nav::Method::kOrientation)
+          fused.emplace(others, 1, 0, std::array{nav::MapLayer::kOrientation});
+        else
+          layers.push_back(nav::layer_of(method));
+      if (!layers.empty()) newest.emplace(newest_of(others), 1, 0, layers);
+      for (const nav::Method method : methods) {
+        nav::RegistrationOptions o;
+        o.method = method;
+        o.rim_px = kRimPx;
+        const nav::ImageMap& map = method == nav::Method::kOrientation ? *fused : *newest;
+        registrars[size_t(method)] = std::make_unique<nav::Registrar>(map, o);
+      }
     }
+    Date(const Date&) = delete;
+    Date& operator=(const Date&) = delete;
   };
 
   /// What the matches of the dates add up to.
@@ -167,13 +194,13 @@ struct Witness::State {
     int surfaces = 0;
   };
 
-  void match(Date& date, const cv::Point& corner, const Footprint& footprint, Sums& sums);
+  void match(Date& date, nav::Method method, const cv::Point& corner, const Footprint& footprint, Sums& sums);
 
   std::vector<std::unique_ptr<Date>> dates;  ///< registrars point to the maps beside them
   nav::Registration found;
 };
 
-void Witness::State::match(Date& date, const cv::Point& corner, const Footprint& f, Sums& sums) {
+void Witness::State::match(Date& date, nav::Method method, const cv::Point& corner, const Footprint& f, Sums& sums) {
   const double gsd = date.camera.gsd_m;
   const int half = int(std::lround(0.5 * f.template_m / gsd)) + kRimPx;
   GridImage patch = cut(date.camera, {corner.x - half, corner.y - half, 2 * half, 2 * half});
@@ -185,7 +212,7 @@ void Witness::State::match(Date& date, const cv::Point& corner, const Footprint&
   const double variance = std::pow(f.search_m / kSigmas, 2);
   prior.covariance_m2 = {variance, 0, 0, variance};
   prior.sigmas = kSigmas;
-  date.registrar.run(patch, prior, found);
+  date.registrars[size_t(method)]->run(patch, prior, found);
   if (found.status != nav::Status::kOk && found.status != nav::Status::kImprobable) {
     sums.logits.push_back(-kLargestLogit);  // nothing to match: as good as not found
     return;
@@ -210,7 +237,7 @@ void Witness::State::match(Date& date, const cv::Point& corner, const Footprint&
   }
 }
 
-Witness::Witness(std::span<const GridImage> dates, int levels) : state_(std::make_unique<State>()) {
+Witness::Witness(std::span<const GridImage> dates, std::span<const nav::Method> methods) : state_(std::make_unique<State>()) {
   if (dates.empty()) throw std::invalid_argument("navigability: no image to judge by");
   for (const GridImage& image : dates)
     if (image.pixels.size() != dates[0].pixels.size() || image.gsd_m != dates[0].gsd_m ||
@@ -220,17 +247,19 @@ Witness::Witness(std::span<const GridImage> dates, int levels) : state_(std::mak
     std::vector<GridImage> others;
     for (size_t k = 0; k < dates.size(); ++k)
       if (k != i || dates.size() == 1) others.push_back(dates[k]);
-    state_->dates.push_back(std::make_unique<State::Date>(dates[i], others, levels));
+    state_->dates.push_back(std::make_unique<State::Date>(dates[i], others, methods));
   }
 }
 Witness::~Witness() = default;
 Witness::Witness(Witness&&) noexcept = default;
 Witness& Witness::operator=(Witness&&) noexcept = default;
 
-Predictors Witness::at(double east_m, double north_m, const Footprint& f) {
+Predictors Witness::at(double east_m, double north_m, const Footprint& f, nav::Method method) {
   for (const double length : {f.template_m, f.search_m, f.hit_m})
     if (!(length > 0) || !std::isfinite(length))
       throw std::invalid_argument("navigability: the lengths of a footprint are metres, more than 0");
+  if (!state_->dates[0]->registrars[size_t(method)])
+    throw std::invalid_argument("navigability: the witness was not made for this method");
   const GridImage& frame = state_->dates[0]->camera;
   const int side = 2 * int(std::lround(0.5 * f.template_m / frame.gsd_m));
   const cv::Point corner(int(std::lround((east_m - frame.west_m) / frame.gsd_m)),
@@ -241,13 +270,14 @@ Predictors Witness::at(double east_m, double north_m, const Footprint& f) {
   out.template_px = side;
   if (inside.empty()) return out;
   State::Sums sums;
-  for (const auto& date : state_->dates) {
+  for (size_t i = 0; i < state_->dates.size(); ++i) {
+    const auto& date = state_->dates[i];
     if (date->structure.pixels(inside) < kLeastCoverage * view.area()) continue;
-    ++out.dates;
+    if (out.dates++ == 0) out.newest = int(i);
     out.coverage += date->structure.pixels(inside) / view.area();
     out.structure += date->structure.mean(inside);
     out.crest += date->structure.crest(inside);
-    state_->match(*date, corner, f, sums);
+    state_->match(*date, method, corner, f, sums);
   }
   if (out.dates == 0) return out;
   const double share = 1.0 / out.dates;

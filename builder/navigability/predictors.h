@@ -13,6 +13,7 @@
 #include <span>
 
 #include "runtime/features/grid_image.h"
+#include "runtime/nav/matcher.h"
 
 namespace landfix::navigability {
 
@@ -32,6 +33,7 @@ struct LookAlike {
 /// Evidence at one place. Logits are natural logarithms of odds, within ±kLargestLogit.
 struct Predictors {
   int dates = 0;           ///< that show the place; 0: it cannot be judged, and nothing below is meaningful
+  int newest = 0;          ///< of them: its index among the images
   double template_px = 0;  ///< side of the view at the level that was matched
   double coverage = 0;     ///< share of the view that these dates show, in the mean
 
@@ -55,22 +57,26 @@ struct Predictors {
 };
 
 inline constexpr double kLargestLogit = 9.21;  ///< odds of 1 to 10 000
+inline constexpr nav::Method kOrientationOnly[] = {nav::Method::kOrientation};
 
-/// Gathers evidence over a piece of the map. Keeps one map per date; not for concurrent calls on one object.
+/// Gathers evidence over a piece of the map. Keeps the maps of every date; not for concurrent calls on one object.
 class Witness {
  public:
   /// `dates`: one image per capture date, the newest first, of one size, place and GSD, as nav::ImageMap takes them;
-  /// what a camera would see are the first three of four channels. `levels`: so many are made, each of half as many
-  /// pixels a side, for views that are searched coarse to fine. Throws
+  /// what a camera would see are the first three of four channels. `methods`: that places can be judged by; maps are
+  /// made as builds make them, orientation fused over the dates, all else from the newest that shows a pixel. Throws
   /// std::invalid_argument for no image or images of different shapes.
-  explicit Witness(std::span<const features::GridImage> dates, int levels = 1);
+  explicit Witness(std::span<const features::GridImage> dates,
+                   std::span<const nav::Method> methods = kOrientationOnly);
   ~Witness();
   Witness(Witness&&) noexcept;
   Witness& operator=(Witness&&) noexcept;
 
-  /// Evidence at a place, taken at the next corner of pixels. Dates that do not show at least half of the view have no
-  /// say. Throws std::invalid_argument for lengths that are not positive.
-  Predictors at(double east_m, double north_m, const Footprint& footprint);
+  /// Evidence at a place by one of the methods, taken at the next corner of pixels. Dates that do not show at least
+  /// half of the view have no say. Throws std::invalid_argument for lengths that are not positive and for a method that
+  /// the witness was not made for.
+  Predictors at(double east_m, double north_m, const Footprint& footprint,
+                nav::Method method = nav::Method::kOrientation);
 
  private:
   struct State;

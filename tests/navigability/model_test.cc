@@ -59,12 +59,16 @@ TEST(FixProbability, NothingIsKnownWithoutADateAndNothingIsCertain) {
   EXPECT_GE(fix_probability(p), 0.005 - 1e-12);
 }
 
-TEST(FixProbability, FallsWithTheMapsAge) {
+TEST(FixProbability, IsThatOfTheMatcher) {
+  using nav::Method;
   const Predictors p = usual();
-  EXPECT_NEAR(fix_probability(p, 2), fix_probability(p), 1e-12) << "the samples' maps were two years old";
-  EXPECT_GT(fix_probability(p, 0), fix_probability(p));
-  EXPECT_LT(fix_probability(p, 10), fix_probability(p, 5));
-  EXPECT_EQ(fix_probability(p, -1), fix_probability(p, 0)) << "a flight before the newest image";
+  EXPECT_GT(fix_probability(p, Method::kOrientation), 0.5);
+  for (const Method method : nav::kMethods) {
+    Predictors better = p;
+    better.least_logit = better.mean_logit = 5;
+    EXPECT_GT(fix_probability(better, method), fix_probability(p, method)) << nav::name_of(method);
+  }
+  EXPECT_NEAR(fix_probability(p), fix_probability(p, Method::kOrientation), 0.1) << "auto asks orientation first";
 }
 
 TEST(GateChances, DoubtfulPlacesPassLessAndAreMoreOftenFalse) {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace landfix::tiles {
@@ -18,6 +20,7 @@ Navigability place() {
   n.landmarks = 12, n.diversity = 0.61;
   n.reasons = 1u << unsigned(Reason::kRepeats) | 1u << unsigned(Reason::kOneDate);
   n.dates = 4;
+  n.newest_day = 17728;  // 2018-07-16
   return n;
 }
 
@@ -43,6 +46,35 @@ TEST(Navigability, APixelKeepsAPlace) {
   EXPECT_TRUE(back->has(Reason::kOneDate));
   EXPECT_FALSE(back->has(Reason::kWater));
   EXPECT_EQ(back->dates, 4u);
+  EXPECT_EQ(back->newest_day, 17728);
+}
+
+TEST(Navigability, ADateIsKeptFrom1970OnOrUnknown) {
+  for (const auto& [day, kept] : std::vector<std::pair<std::optional<int>, std::optional<int>>>{
+           {std::nullopt, std::nullopt}, {0, 0}, {-9000, 0}, {255, 255}, {256, 256}, {65534, 65534}, {70000, 65534}}) {
+    Navigability n = place();
+    n.newest_day = day;
+    EXPECT_EQ(decode_navigability(encode_navigability(n))->newest_day, kept);
+  }
+}
+
+TEST(Navigability, ChancesFallWithTheMapsAge) {
+  const Navigability n = place();
+  const Navigability typical = on_day(n, 17728 + 731);  // two years of 365.25 days, and half a day
+  EXPECT_NEAR(typical.fix_probability[0], n.fix_probability[0], 1e-4) << "what the pack says holds for two years";
+  EXPECT_FALSE(typical.has(Reason::kOld));
+  const Navigability later = on_day(n, 17728 + 2922);  // eight years
+  for (size_t i = 0; i < 4; ++i)  // ln 9 - ln 3, times the slope of 0.6
+    EXPECT_NEAR(logit(later.fix_probability[i]), logit(n.fix_probability[i]) - 0.6 * std::log(3), 1e-6) << i;
+  EXPECT_TRUE(std::isnan(later.fix_probability[4])) << "what is not judged stays so";
+  EXPECT_TRUE(later.has(Reason::kOld));
+  EXPECT_TRUE(later.has(Reason::kRepeats));
+  EXPECT_EQ(on_day(n, 10000).fix_probability[0], on_day(n, 17728).fix_probability[0]) << "a flight before the image";
+  Navigability undated = n;
+  undated.newest_day.reset();
+  EXPECT_EQ(on_day(undated, 30000).fix_probability[0], n.fix_probability[0]);
+  EXPECT_EQ(aged(0, 9), 0);
+  EXPECT_EQ(aged(1, 9), 1);
 }
 
 TEST(Navigability, WhatIsBeyondTheScaleStaysAtItsEnd) {
@@ -65,7 +97,7 @@ TEST(Navigability, EveryPixelThatIsReadIsWrittenAgain) {
   // Codes are those of the format: a reader and a writer of the same version agree in both directions.
   for (int code = 1; code < 256; ++code) {
     NavigabilityPixel pixel = encode_navigability(place());
-    for (const size_t channel : {0u, 4u, 5u, 6u, 7u, 9u, 11u, 12u, 13u, 14u, 15u, 16u}) pixel[channel] = uint8_t(code);
+    for (const size_t channel : {0u, 4u, 5u, 6u, 7u, 9u, 11u, 12u, 13u, 14u, 15u, 16u, 17u, 18u}) pixel[channel] = uint8_t(code);
     if (code < 255) pixel[8] = pixel[10] = uint8_t(code);
     const auto read = decode_navigability(pixel);
     ASSERT_TRUE(read);

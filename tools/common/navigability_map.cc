@@ -44,6 +44,8 @@ std::string text_of(Reason reason, const Navigability& place) {
       return "the dates disagree";
     case Reason::kOneDate:
       return "one date only";
+    case Reason::kOld:
+      return fmt::format("older than {:.0f} years", tiles::kOldYears);
   }
   return {};
 }

@@ -5,8 +5,8 @@ Usage: fit.py SAMPLES.csv[.gz]... > builder/navigability/model_table.h      (nee
        fit.py --test SAMPLES.csv[.gz]...        figures of the probabilities that the samples carry
        fit.py --pack OUT.csv.gz SAMPLES.csv...  what the fit needs and no more; the same bytes for the same samples
 
-Logistic regressions on the evidence, one for places that several dates show and one for a single date. Slopes whose sign
-is known keep it or drop out. Every world weighs the same.
+Logistic regressions on the evidence of each matcher, one for places that several dates show and one for a single date.
+Slopes whose sign is known keep it or drop out. Every world weighs the same.
 """
 import csv
 import gzip
@@ -17,7 +17,8 @@ import numpy as np
 
 LEAST_STRUCTURE = 0.03  # so much may be noise
 RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
-KEPT = "ground dates template_px least_logit mean_logit structure crest background hit fix_accepted".split()
+KEPT = "method ground dates template_px least_logit mean_logit structure crest background hit fix_accepted".split()
+METHODS = "gray edge contour orientation auto".split()  # as nav::Method counts them
 SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1)}
 
 
@@ -31,8 +32,8 @@ def rows_of(paths):
 
 def read(paths, also=()):
     rows = rows_of(paths)
-    table = {name: np.array([float(row[name]) for row in rows]) for name in (*KEPT[1:], *also)}
-    table["ground"] = np.array([row["ground"] for row in rows])
+    table = {name: np.array([float(row[name]) for row in rows]) for name in (*KEPT[2:], *also)}
+    table |= {name: np.array([row[name] for row in rows]) for name in KEPT[:2]}
     return table
 
 
@@ -100,7 +101,7 @@ def report(name, p, t):
     y = t["hit"]
     if len(y) == 0:
         return
-    print(f"{name:44s} n {len(y):6d}  true {y.mean():.3f}  stated {p.mean():.3f}  AUC {auc(p, y):.3f}  ECE {calibration_error(p, y):.3f}",
+    print(f"{name:48s} n {len(y):6d}  true {y.mean():.3f}  stated {p.mean():.3f}  AUC {auc(p, y):.3f}  ECE {calibration_error(p, y):.3f}",
           file=sys.stderr)
 
 
@@ -108,47 +109,64 @@ def part(t, which):
     return {name: values[which] for name, values in t.items()}
 
 
-def test(t):
+def report_all(p, t):
     for n in np.unique(t["dates"]):
         for side in np.unique(t["template_px"]):
-            some = part(t, (t["dates"] == n) & (t["template_px"] == side))
-            report(f"{n:.0f} dates, template {side:.0f} px", some["probability"], some)
+            which = (t["dates"] == n) & (t["template_px"] == side)
+            report(f"{t['method'][0]}, {n:.0f} dates, template {side:.0f} px", p[which], part(t, which))
+
+
+def fit_method(t, method):
+    """Rows for several dates and for one."""
+    rows = {}
+    for kind, which in (("several", t["dates"] > 1), ("one", t["dates"] == 1)):
+        some = part(t, which & (t["method"] == method))
+        x, y = features(some, kind), some["hit"]
+        _, group, count = np.unique(some["ground"], return_inverse=True, return_counts=True)
+        rows[kind] = fit(x, y, 1e4 / len(count) / count[group], SIGNS[kind])
+        report_all(logistic(rows[kind][0] + x @ rows[kind][1:]), some)
+    return rows
+
+
+def fit_gate(t, row):
+    """What the standard gate makes of matches by `auto`, by the chance of a true fix alone: (accepted, false of these)."""
+    several = part(t, (t["dates"] > 1) & (t["method"] == "auto"))
+    chance = (row[0] + features(several, "several") @ row[1:])[:, None]
+    taken = several["fix_accepted"] > 0.5
+    accepted = fit(chance, several["fix_accepted"], np.ones(len(taken)), (1,))
+    return accepted, fit(chance[taken], 1 - several["hit"][taken], np.ones(taken.sum()), (-1,))
+
+
+def numbers(row):
+    return "{" + ", ".join(f"{b:.6g}" for b in row) + "}"
 
 
 def main(args):
     if args[0] == "--test":
-        return test(read(args[1:], also=("probability",)))
+        t = read(args[1:], also=("probability",))
+        for method in METHODS:
+            some = part(t, t["method"] == method)
+            if len(some["hit"]):
+                report_all(some["probability"], some)
+        return
     if args[0] == "--pack":
         return pack(args[1], args[2:])
     t = read(args)
-    tables = {}
-    for kind, which in (("several", t["dates"] > 1), ("one", t["dates"] == 1)):
-        some = part(t, which)
-        x, y = features(some, kind), some["hit"]
-        _, group, count = np.unique(some["ground"], return_inverse=True, return_counts=True)
-        tables[kind] = fit(x, y, 1e4 / len(count) / count[group], SIGNS[kind])
-        p = logistic(tables[kind][0] + x @ tables[kind][1:])
-        for n in np.unique(some["dates"]):
-            for side in np.unique(some["template_px"]):
-                w = (some["dates"] == n) & (some["template_px"] == side)
-                report(f"{n:.0f} dates, template {side:.0f} px", p[w], part(some, w))
-    # What the standard gate makes of it, by the chance of a true fix alone.
-    several = part(t, t["dates"] > 1)
-    chance = (tables["several"][0] + features(several, "several") @ tables["several"][1:])[:, None]
-    taken = several["fix_accepted"] > 0.5
-    tables["accepted"] = fit(chance, several["fix_accepted"], np.ones(len(taken)), (1,))
-    tables["false"] = fit(chance[taken], 1 - several["hit"][taken], np.ones(taken.sum()), (-1,))
-    numbers = {kind: ", ".join(f"{b:.6g}" for b in table) for kind, table in tables.items()}
+    rows = {method: fit_method(t, method) for method in METHODS}
+    accepted, false = fit_gate(t, rows["auto"]["several"])
     print("// Written by tools/navigability/fit.py; not to be edited.\n#pragma once\n\nnamespace landfix::navigability {\n")
     print("/// Logistic regression on (1, least logit, mean logit, log (structure + kLeastStructure), background,")
-    print("/// log template / 40 px, 1 / (n (n - 1))), n dates.")
+    print("/// log template / 40 px, 1 / (n (n - 1))), n dates; rows by nav::Method, then auto.")
     print(f"inline constexpr double kLeastStructure = {LEAST_STRUCTURE};")
-    print(f"inline constexpr double kSeveralDates[7] = {{{numbers['several']}}};")
-    print("/// The same on (1, structure, background, crest, log template / 40 px).")
-    print(f"inline constexpr double kOneDate[5] = {{{numbers['one']}}};")
-    print("/// Of a match that the standard gate accepts, and of one among those that is false, on (1, logit of a true fix).")
-    print(f"inline constexpr double kAccepted[2] = {{{numbers['accepted']}}};")
-    print(f"inline constexpr double kFalseOfAccepted[2] = {{{numbers['false']}}};\n\n}}  // namespace landfix::navigability")
+    for name, kind, size in (("kSeveralDates", "several", 7), ("kOneDate", "one", 5)):
+        if kind == "one":
+            print("/// The same on (1, structure, background, crest, log template / 40 px).")
+        lines = ",\n".join(f"    {numbers(rows[method][kind])}" for method in METHODS)
+        print(f"inline constexpr double {name}[{len(METHODS)}][{size}] = {{\n{lines}}};")
+    print("/// Of a match by auto that the standard gate accepts, and of one among those that is false, on (1, logit of a true")
+    print("/// fix).")
+    print(f"inline constexpr double kAccepted[2] = {numbers(accepted)};")
+    print(f"inline constexpr double kFalseOfAccepted[2] = {numbers(false)};\n\n}}  // namespace landfix::navigability")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <bit>
-#include <chrono>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -131,12 +130,23 @@ nav::Registration match(nav::Registrar& registrar, const GridImage& patch, doubl
   return out;
 }
 
+/// The matcher whose evidence tells of it: `auto` begins with orientation.
+nav::Method evidence_of(const std::optional<nav::Method>& method) { return method.value_or(nav::Method::kOrientation); }
+
 const char* const kHeader =
-    "ground,camera,dates,age_years,template_px,least_logit,mean_logit,structure,crest,background,found,accepted,"
+    "method,ground,camera,dates,age_years,template_px,least_logit,mean_logit,structure,crest,background,found,accepted,"
     "covariance_ee,covariance_en,covariance_nn,gsd_m,hit,east_error_m,north_error_m,fix_accepted,probability,east_m,"
     "north_m\n";
 
-void draw(const Ground& ground, const Footprint& f, double spacing_m, bool all, int map_dates, std::ostream& out) {
+/// What is drawn, beside the ground.
+struct Draw {
+  std::optional<nav::Method> method;  ///< absent: auto
+  double spacing_m = 0;
+  bool all = false;  ///< every camera over every map, not one each
+  int map_dates = 0;
+};
+
+void draw(const Ground& ground, const Footprint& f, const Draw& what, std::ostream& out) {
   const GridImage& frame = ground.dates[0];
   const double gsd = frame.gsd_m, margin = 0.5 * f.template_m + f.search_m + 2 * kRimPx * gsd;
   const double east_end = frame.west_m + frame.pixels.cols * gsd - margin,
@@ -144,24 +154,26 @@ void draw(const Ground& ground, const Footprint& f, double spacing_m, bool all, 
   const int side = 2 * int(std::lround(0.5 * f.template_m / gsd));
   unsigned known = 0;
   std::vector<Predictors> evidence;
-  for (const auto& [mask, camera] : experiments(ground, all, map_dates)) {
+  const nav::Method evidence_method = evidence_of(what.method);
+  const std::string name = what.method ? nav::name_of(*what.method) : "auto";
+  for (const auto& [mask, camera] : experiments(ground, what.all, what.map_dates)) {
     const std::vector<GridImage> dates = chosen(ground, mask);
-    const nav::MapLayer layers[] = {nav::MapLayer::kOrientation};
-    const nav::ImageMap map(dates, 1, 0, layers);
+    const nav::MapLayer layers[] = {nav::layer_of(evidence_method)};
+    const nav::ImageMap map = what.method ? nav::ImageMap(dates, 1, 0, layers) : nav::ImageMap(dates, 1, 0);
     nav::RegistrationOptions o;
-    o.method = nav::Method::kOrientation;
+    o.method = what.method;
     o.rim_px = kRimPx;
     nav::Registrar registrar(map, o);
     std::optional<navigability::Witness> witness;
-    if (mask != known) witness.emplace(dates), evidence.clear();
+    if (mask != known) witness.emplace(dates, std::span(&evidence_method, 1)), evidence.clear();
     known = mask;
     double age = 1e9;
     for (size_t i = 0; i < ground.years.size(); ++i)
       if (mask >> i & 1) age = std::min(age, std::abs(ground.years[i] - ground.years[camera]));
     size_t node = 0;
-    for (double north = frame.north_m - margin; north >= south_end; north -= spacing_m)
-      for (double east = frame.west_m + margin; east <= east_end; east += spacing_m, ++node) {
-        if (witness) evidence.push_back(witness->at(east, north, f));
+    for (double north = frame.north_m - margin; north >= south_end; north -= what.spacing_m)
+      for (double east = frame.west_m + margin; east <= east_end; east += what.spacing_m, ++node) {
+        if (witness) evidence.push_back(witness->at(east, north, f, evidence_method));
         const Predictors& p = evidence[node];
         const nav::Registration r =
             match(registrar, view(ground.dates[camera], east, north, side), east, north, f.search_m);
@@ -170,11 +182,11 @@ void draw(const Ground& ground, const Footprint& f, double spacing_m, bool all, 
         const auto& c = p.covariance_m2;
         fmt::print(
             out,
-            "{},{},{},{:.2f},{},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f},"
+            "{},{},{},{},{:.2f},{},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f},"
             "{:.3f},{},{:.5f},{:.1f},{:.1f}\n",
-            ground.name, camera, p.dates, age, p.template_px, p.least_logit, p.mean_logit, p.structure, p.crest,
+            name, ground.name, camera, p.dates, age, p.template_px, p.least_logit, p.mean_logit, p.structure, p.crest,
             p.background, p.found, p.accepted, c[0], c[1], c[3], gsd, int(answered && std::hypot(de, dn) <= f.hit_m),
-            answered ? de : 0, answered ? dn : 0, int(r.status == nav::Status::kOk), navigability::fix_probability(p),
+            answered ? de : 0, answered ? dn : 0, int(r.status == nav::Status::kOk), navigability::fix_probability(p, what.method),
             east, north);
       }
   }
@@ -190,12 +202,15 @@ int main(int argc, char** argv) {
   std::vector<std::string> images, dates;
   std::vector<double> template_px = {16, 24, 40};
   double search_px = 40, spacing_px = 50, hit_px = 3.75;
+  std::string method = "orientation";
   app.add_option("-o,--output", out_path)->required();
   app.add_option("--first", first, "Seed of the first world");
   app.add_option("--worlds", worlds, "So many drawn worlds");
   app.add_option("--image", images, "Images instead of worlds");
   app.add_option("--date", dates, "Their dates, in the same order");
   app.add_option("--map-dates", map_dates, "Only maps of so many dates");
+  app.add_option("--method", method, "auto, orientation, gray, edge or contour")
+      ->check(CLI::IsMember({"auto", "orientation", "gray", "edge", "contour"}));
   app.add_option("--template-px", template_px);
   app.add_option("--search-px", search_px);
   app.add_option("--spacing-px", spacing_px);
@@ -207,7 +222,8 @@ int main(int argc, char** argv) {
     const auto draw_all = [&](const Ground& ground, bool all) {
       for (const double side : template_px) {
         const double gsd = ground.dates.at(0).gsd_m;
-        draw(ground, {side * gsd, search_px * gsd, hit_px * gsd}, spacing_px * gsd, all, map_dates, out);
+        draw(ground, {side * gsd, search_px * gsd, hit_px * gsd},
+             {nav::method_of(method), spacing_px * gsd, all, map_dates}, out);
       }
     };
     for (int i = 0; i < worlds; ++i) draw_all(world(first + uint64_t(i)), false);
