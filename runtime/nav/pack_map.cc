@@ -11,17 +11,6 @@ namespace {
 
 constexpr double kMaxPixels = 1 << 26;  ///< of one window: a wrong covariance must not ask for gigabytes
 
-/// Days since 1970-01-01 of "2009-08-18"; nothing for anything else.
-std::optional<int> days_of(const char* date) {
-  int year = 0, month = 0, day = 0;
-  char rest = 0;
-  if (std::sscanf(date, "%4d-%2d-%2d%c", &year, &month, &day, &rest) != 3) return std::nullopt;
-  const std::chrono::year_month_day ymd{std::chrono::year(year), std::chrono::month(unsigned(month)),
-                                        std::chrono::day(unsigned(day))};
-  if (!ymd.ok()) return std::nullopt;
-  return int(std::chrono::sys_days(ymd).time_since_epoch().count());
-}
-
 void leave_out_if_full(features::GridImage& window) {
   if (cv::countNonZero(window.valid) == int(window.valid.total())) window.valid.release();
 }
@@ -37,6 +26,16 @@ nav::Status place(const Result<Region>& region, features::GridImage& image) {
 }
 
 }  // namespace
+
+std::optional<int> day_of(const char* date) {
+  int year = 0, month = 0, day = 0;
+  char rest = 0;
+  if (std::sscanf(date, "%4d-%2d-%2d%c", &year, &month, &day, &rest) != 3) return std::nullopt;
+  const std::chrono::year_month_day ymd{std::chrono::year(year), std::chrono::month(unsigned(month)),
+                                        std::chrono::day(unsigned(day))};
+  if (!ymd.ok()) return std::nullopt;
+  return int(std::chrono::sys_days(ymd).time_since_epoch().count());
+}
 
 PackMap::PackMap(const Pack& pack)
     : pack_(pack),
@@ -123,7 +122,7 @@ std::optional<CaptureDays> PackMap::capture_days(double west_m, double south_m, 
     if (!range || range->dated_tiles < range->tiles) continue;
     const Result<lf_epoch_info> newest = pack_.epoch(range->newest), oldest = pack_.epoch(range->oldest);
     if (!newest || !oldest) continue;
-    const std::optional<int> first = days_of(oldest->date), last = days_of(newest->date);
+    const std::optional<int> first = day_of(oldest->date), last = day_of(newest->date);
     if (first && last) return CaptureDays{*first, *last};
   }
   return std::nullopt;

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "landfix/landfix.hpp"
 #include "runtime/nav/map_source.h"
 
 namespace landfix::nav {
+
+/// Days since 1970-01-01 of "2009-08-18", as packs write capture dates; nothing for anything else.
+std::optional<int> day_of(const char* date);
 
 /// The layers gray, edge, contour and orientation of a pack and its heights (the assumed plane where it has none). The
 /// pack must outlive it. Compressed tiles must have been prepared. One object per thread: it keeps a buffer.

@@ -39,10 +39,10 @@ std::vector<route::Stop> draw_stops(const route::Extent& area, double length_m, 
 }
 
 /// Flies a way again and again; sums over all images after the last with GNSS.
-void fly_way(const RoutesScene& s, const std::vector<Eigen::Vector2d>& points, const RoutesOptions& options,
-             uint64_t seed, FlownRoute& out) {
-  const fly::Route way = fly::Route::through(points, kTurnRadiusM);
-  const terrain::Scene scene = fly::load_scene(s.source, s.zone, way, s.flight);
+void fly_way(const RoutesScene& s, const RoutesOptions& options, uint64_t seed, FlownRoute& out) {
+  const fly::Route way = fly::Route::through(out.points, kTurnRadiusM);
+  std::vector<terrain::Scene> scenes;
+  for (const fly::SceneSource& source : s.sources) scenes.push_back(fly::load_scene(source, s.zone, way, s.flight));
   struct Sums {
     double squares = 0;
     size_t images = 0, within = 0;
@@ -50,7 +50,7 @@ void fly_way(const RoutesScene& s, const std::vector<Eigen::Vector2d>& points, c
   std::vector<Sums> runs(size_t(options.runs));
   tbb::parallel_for(size_t(0), runs.size(), [&](size_t run) {
     const auto map = s.open_map();
-    for (const fly::Record& r : fly::fly(scene, *map, way, s.flight, seed + run)) {
+    for (const fly::Record& r : fly::fly(scenes[run % scenes.size()], *map, way, s.flight, seed + run)) {
       if (r.gnss) continue;
       const double error_m = fly::error_m(r);
       runs[run].squares += error_m * error_m;
@@ -83,8 +83,9 @@ RouteTrial fly_trial(const RoutesScene& scene, const RoutesOptions& options, uin
     const route::Alternative& way = suggestion.alternatives[i];
     if (!way.refused.empty()) throw Error(ExitCode::kBadInput, way.refused);
     FlownRoute& flown = i == 0 ? trial.straight : trial.suggested;
+    flown.points = way.points;
     flown.said = way.score;
-    fly_way(scene, way.points, options, seed, flown);
+    fly_way(scene, options, seed, flown);
   }
   trial.can_be_met = suggestion.met;
   trial.shortest_m = shortest_m(scene.problem, scene.score.requirement);
@@ -130,7 +131,10 @@ Tally tally_of(const std::vector<RouteTrial>& trials) {
 }
 
 nlohmann::ordered_json flown_json(const FlownRoute& r) {
-  return {{"length_m", r.said.length_m},
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (const Eigen::Vector2d& p : r.points) points.push_back({p.x(), p.y()});
+  return {{"points", points},
+          {"length_m", r.said.length_m},
           {"met", r.said.met},
           {"predicted_rms_m", r.said.rms_m},
           {"flown_rms_m", r.rms_m},

@@ -25,14 +25,15 @@ struct RoutesOptions {
 struct RoutesScene {
   route::RouteProblem problem;
   route::ScoreOptions score;
-  fly::FlightOptions flight;  ///< of the problem's height and speed
-  fly::SceneSource source;
+  fly::FlightOptions flight;              ///< of the problem's height and speed
+  std::vector<fly::SceneSource> sources;  ///< what the camera sees: the first flight the first, and so on in turn
   tiles::Zone zone;
   OpenMap open_map;
 };
 
 /// One way between two places: what was said of it, and what came of it.
 struct FlownRoute {
+  std::vector<Eigen::Vector2d> points;  ///< east, north
   route::RouteScore said;
   double rms_m = 0;   ///< of the position's error over all flights
   double within = 0;  ///< share of all flights' time in which the error was below the required radius

@@ -16,28 +16,46 @@ namespace landfix::tools {
 namespace {
 
 struct Arguments : RouteArguments {
-  fly::SceneSource scene;
+  std::vector<std::string> scenes;
   std::string scene_dem, scene_dem_datum, json_file;
+  bool gray = false;
   eval::RoutesOptions routes;
 };
 
-/// What map and scene both cover.
+/// What the map and all scenes cover.
 route::Extent area_of(const Arguments& a, const RouteSetup& setup) {
-  const ingest::GridBounds seen = ingest::ImageSet(std::array{a.scene.ortho}, setup.zone).bounds();
   const lf_info& map = setup.info;
-  return {std::max(seen.west_m, map.west_m), std::max(seen.south_m, map.south_m), std::min(seen.east_m, map.east_m),
-          std::min(seen.north_m, map.north_m)};
+  route::Extent area{map.west_m, map.south_m, map.east_m, map.north_m};
+  for (const std::string& path : a.scenes) {
+    const ingest::GridBounds seen =
+        ingest::ImageSet(std::array{ingest::SourceOptions{.path = path}}, setup.zone).bounds();
+    area = {std::max(seen.west_m, area.west_m), std::max(seen.south_m, area.south_m),
+            std::min(seen.east_m, area.east_m), std::min(seen.north_m, area.north_m)};
+  }
+  return area;
 }
 
-void run(Arguments a) {
-  cv::setNumThreads(1);
-  if (!a.scene_dem.empty()) a.scene.elevation = {.path = a.scene_dem, .datum = a.scene_dem_datum};
-  const RouteSetup setup(a);
-  if (a.scene_dem.empty()) {
-    if (setup.info.has_heights)
-      throw Error(ExitCode::kUsage, "the map has heights, the scene has none: give --scene-dem");
-    a.scene.plane_height_m = setup.info.plane_height_m;
+std::vector<fly::SceneSource> sources_of(const Arguments& a, const lf_info& map) {
+  if (a.scene_dem.empty() && map.has_heights)
+    throw Error(ExitCode::kUsage, "the map has heights, the scene has none: give --scene-dem");
+  std::vector<fly::SceneSource> sources;
+  for (const std::string& path : a.scenes) {
+    fly::SceneSource source;
+    source.ortho.path = path;
+    source.plane_height_m = map.plane_height_m;
+    if (!a.scene_dem.empty()) {
+      source.elevation.emplace();
+      source.elevation->path = a.scene_dem;
+      source.elevation->datum = a.scene_dem_datum;
+    }
+    sources.push_back(std::move(source));
   }
+  return sources;
+}
+
+void run(const Arguments& a) {
+  cv::setNumThreads(1);
+  const RouteSetup setup(a);
   prepare_layers(setup.pack, a.map);
   eval::RoutesScene scene;
   scene.problem.map = setup.navigability.get();
@@ -48,7 +66,8 @@ void run(Arguments a) {
   scene.score = setup.score;
   scene.score.flights = 0;
   scene.flight = setup.flight;
-  scene.source = a.scene;
+  scene.flight.sensors.colour = !a.gray;
+  scene.sources = sources_of(a, setup.info);
   scene.zone = setup.zone;
   scene.open_map = [&] { return std::make_unique<nav::PackMap>(setup.pack); };
   const std::vector<eval::RouteTrial> trials = eval::fly_routes(
@@ -68,12 +87,16 @@ void add_eval_route(CLI::App& parent) {
   CLI::App* command = parent.add_subcommand("route", "Compare predicted errors along routes with simulated flights");
   auto a = std::make_shared<Arguments>();
   add_route_options(*command, *a);
-  command->add_option("--scene", a->scene.ortho.path, "Orthophoto that the camera sees: none that the map was made of")
+  command
+      ->add_option("--scene", a->scenes,
+                   "Orthophoto that the camera sees, none that the map was made of; of several the flights take turns")
+      ->allow_extra_args(false)
       ->required()
       ->type_name("FILE");
   command->add_option("--scene-dem", a->scene_dem, "Heights of the scene [the map's plane, where it has no heights]")
       ->type_name("FILE");
   command->add_option("--scene-dem-datum", a->scene_dem_datum, "Their vertical datum where the file does not say");
+  command->add_flag("--gray", a->gray, "A camera that sees no colours: navigability is stated for one that does");
   command->add_option("--agl", a->flight.agl_m, "Height above ground, m")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

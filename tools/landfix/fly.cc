@@ -190,6 +190,7 @@ nlohmann::json options_json(const Arguments& a, const fly::FlightOptions& o, con
                       {"barometer_noise_m", o.sensors.barometer_noise_m},
                       {"barometer_bias_m", o.sensors.barometer_bias_m},
                       {"odometry_drift", o.sensors.odometry_drift},
+                      {"colour", o.sensors.colour},
                       {"blur_px", o.sensors.blur_px},
                       {"gain", o.sensors.gain},
                       {"offset", o.sensors.offset},
@@ -337,6 +338,7 @@ void add_sensor_options(CLI::App& command, Arguments& a) {
                   "Distance over which the filter lets the drift add up to its share, m [0.7 times the height above "
                   "ground, at least 100]")
       ->check(CLI::NonNegativeNumber);
+  command.add_flag("--colour", s.colour, "A camera that sees colours, where the scene has them");
   number("--blur", s.blur_px, "Blur of the camera, px (standard deviation)");
   number("--gain", s.gain, "Gain of the camera");
   command.add_option("--offset", s.offset, "Offset of the camera, gray values")->capture_default_str();

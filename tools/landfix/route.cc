@@ -45,6 +45,13 @@ void print(const Arguments& a, const nlohmann::ordered_json& json, const std::st
   fmt::print("{}", a.json ? json.dump(2) + "\n" : text);
 }
 
+/// What of a mission the route does not show goes to standard error.
+mission::Mission read_noted(const std::string& path) {
+  mission::Mission mission = mission::read_mission(path);
+  for (const mission::Note& note : mission.notes) fmt::print(stderr, "{}: {}\n", path, note.text);
+  return mission;
+}
+
 route::PathOptions path_options(const Arguments& a) {
   route::PathOptions options;
   options.agl_m = a.agl_m;
@@ -54,7 +61,7 @@ route::PathOptions path_options(const Arguments& a) {
 
 void run_score(const Arguments& a) {
   const RouteSetup setup(a);
-  const mission::Mission mission = mission::read_mission(a.mission);
+  const mission::Mission mission = read_noted(a.mission);
   const route::Path path = route::path_of(mission, setup.zone, setup.heights, path_options(a));
   const route::RouteScore score = route::score(path, *setup.navigability, setup.vehicle, setup.score);
   if (!a.html.empty()) write_text(a.html, route::html_report(score, *setup.navigability, setup.vehicle));
@@ -63,7 +70,7 @@ void run_score(const Arguments& a) {
 
 void run_altitude(const Arguments& a) {
   const RouteSetup setup(a);
-  const mission::Mission mission = mission::read_mission(a.mission);
+  const mission::Mission mission = read_noted(a.mission);
   const auto path_at = [&](double agl_m) {
     route::PathOptions options = path_options(a);
     options.instead_agl_m = agl_m;
@@ -144,7 +151,7 @@ void run_suggest(const Arguments& a) {
     problem.stops = {{place_of(a.from, setup.zone, "--from")}, {place_of(a.to, setup.zone, "--to")}};
     problem.fences = route::Fences(no_fly);
   } else {
-    mission = mission::read_mission(a.mission);
+    mission = read_noted(a.mission);
     stops = route::stops_of(*mission, setup.zone);
     problem.stops = stops.stops;
     problem.fences = route::fences_of(*mission, setup.zone, no_fly);

@@ -11,6 +11,13 @@ namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
 
+std::optional<int> day_of(const std::string& date) {
+  if (date.empty()) return std::nullopt;
+  const std::optional<int> day = nav::day_of(date.c_str());
+  if (!day) throw Error(ExitCode::kUsage, "--date: expected a day such as 2026-05-31, found \"" + date + '"');
+  return day;
+}
+
 fly::FlightOptions flight_options(const RouteArguments& a, const lf_info& map) {
   fly::FlightOptions flight = a.flight;
   flight.gnss_until_s = 0;
@@ -52,6 +59,10 @@ void add_route_options(CLI::App& command, RouteArguments& a) {
   command.add_option("--require", a.require, "Position error and the share of cases in which it must be kept")
       ->capture_default_str()
       ->type_name("METRESm@PERCENT%");
+  command
+      .add_option("--date", a.date,
+                  "Day of the flight: chances fall with the age of the map [as old as maps usually are]")
+      ->type_name("YYYY-MM-DD");
   command.add_option("--corridor", a.score.corridor_m, "Half the width of the corridor to stay in, m")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
@@ -63,7 +74,7 @@ RouteSetup::RouteSetup(const RouteArguments& a)
       info(pack.info()),
       zone(zone_of(pack)),
       ground(pack),
-      navigability(route::open_navigability(pack, a.map)),
+      navigability(route::open_navigability(pack, a.map, day_of(a.date))),
       flight(flight_options(a, info)),
       score(a.score) {
   prepare_layers(pack, a.map, std::array{"height"});

@@ -36,7 +36,10 @@ class Builder {
     throw Error(code, fmt::format("{}: {}", mission_.file, text));
   }
 
-  static std::string name_of(const mission::Waypoint& w) {
+  /// Ground stations number items; lines have points alone.
+  std::string name_of(const mission::Waypoint& w) const {
+    if (mission_.format != mission::Format::kPlan && mission_.format != mission::Format::kWaypoints)
+      return fmt::format("point {}", &w - mission_.waypoints.data() + 1);
     return w.part > 0 ? fmt::format("item {}, point {}", w.item, w.part) : fmt::format("item {}", w.item);
   }
 

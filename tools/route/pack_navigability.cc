@@ -23,6 +23,7 @@ constexpr std::array<std::pair<tiles::Reason, Reason>, tiles::kReasons> kReasonT
     {tiles::Reason::kNoData, kPartlyOffMap},
     {tiles::Reason::kDatesDisagree, kDatesDisagree},
     {tiles::Reason::kOneDate, kOneDate},
+    {tiles::Reason::kOld, kOldMap},
 }};
 
 Navigability from_node(const tiles::Navigability& node) {
@@ -50,7 +51,7 @@ Navigability between(const Navigability& a, const Navigability& b, double share)
 
 class PackNavigability : public NavigabilityMap {
  public:
-  PackNavigability(const Pack& pack, const std::string& path) {
+  PackNavigability(const Pack& pack, const std::string& path, std::optional<int> day) : day_(day) {
     for (const tiles::Footprint& footprint : tools::footprints_of(pack)) maps_.emplace_back(pack, footprint, path);
     if (maps_.empty()) {
       throw Error(ExitCode::kNoData, path +
@@ -99,7 +100,7 @@ class PackNavigability : public NavigabilityMap {
     }
     const std::optional<tiles::Navigability> node = chosen->at(east_m, north_m);
     if (!node || std::isnan(node->fix_probability[size_t(tiles::Finder::kAuto)])) return std::nullopt;
-    Navigability n = from_node(*node);
+    Navigability n = from_node(day_ ? tiles::on_day(*node, *day_) : *node);
     const double reached = chosen->footprint().search_m / search_m;
     if (reached < 1) {
       const double inside = std::erf(reached * kSearchSigmas / M_SQRT2);
@@ -108,14 +109,15 @@ class PackNavigability : public NavigabilityMap {
     return n;
   }
 
+  std::optional<int> day_;
   std::vector<tools::NavigabilityMap> maps_;
   std::vector<double> views_m_;  ///< growing
 };
 
 }  // namespace
 
-std::unique_ptr<NavigabilityMap> open_navigability(const Pack& pack, const std::string& path) {
-  return std::make_unique<PackNavigability>(pack, path);
+std::unique_ptr<NavigabilityMap> open_navigability(const Pack& pack, const std::string& path, std::optional<int> day) {
+  return std::make_unique<PackNavigability>(pack, path, day);
 }
 
 }  // namespace landfix::route

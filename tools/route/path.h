@@ -34,7 +34,7 @@ struct Station {
 
 /// A straight piece, or the circles flown at its end.
 struct Leg {
-  std::string name;  ///< "item 3"; of several points of an item "item 3, point 2"
+  std::string name;  ///< "item 3"; of several points of an item "item 3, point 2"; of a file without items "point 2"
   size_t item = 0, part = 0;
   double start_m = 0, end_m = 0, start_s = 0, end_s = 0;
 };

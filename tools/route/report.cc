@@ -152,6 +152,11 @@ std::string map_svg(const ReportInput& input, const NavigabilityMap& map, const 
         missing.points.push_back(p);
     svg += polyline(missing, x, y, "stroke=\"#d00000\" stroke-width=\"3\" stroke-dasharray=\"7 5\"");
   }
+  const ScoredPoint& first = input.routes[0]->points.front();
+  svg += fmt::format(
+      "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"7\" fill=\"#fff\" stroke=\"#000\" stroke-width=\"2\"/>"
+      "<text x=\"{2:.1f}\" y=\"{1:.1f}\" class=\"on\">start</text>\n",
+      x(first), y(first), x(first) + 11);
   return svg + scale_bar(frame) + "</svg>\n";
 }
 
