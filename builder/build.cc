@@ -25,6 +25,7 @@
 #include "builder/layers/window.h"
 #include "builder/map_features.h"
 #include "builder/map_navigability.h"
+#include "builder/navigability_layers.h"
 #include "builder/plan.h"
 
 namespace landfix {
@@ -174,7 +175,7 @@ std::vector<FinishedTile> Run::source_tiles(const tiles::TileIndex& block, int l
   const bool halves = level == plan_.image_level && plan_.halved.contains(level + 1);
   layers::SourceWindow window;
   window.rect = window.images.rect = window_of(plan_, block, level, halo_of(layer_indices, level, searched));
-  const bool judged = level == plan_.image_level && navigability_halo_px(plan_, level) > 0;
+  const bool judged = level == plan_.image_level && judges(plan_, level);
   if (needs(layers::Input::kImages) || searched || halves || judged) window.images = plan_.images->read(window.rect);
   window.gray = layers::newest(window.images, window.rect, 1);
   if (needs(layers::Input::kHeights)) window.heights = plan_.elevation->read(window.rect);

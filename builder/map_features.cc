@@ -14,6 +14,7 @@
 
 #include "builder/catalog/hash.h"
 #include "builder/export/vector_layers.h"
+#include "builder/ground_cover.h"
 #include "builder/landmarks/extraction.h"
 #include "builder/landmarks/fusion.h"
 #include "builder/landmarks/preference.h"
@@ -83,8 +84,9 @@ features::GridImage image_of(const ingest::Stack& stack, const tiles::PixelRect&
   return {newest.pixels, newest.owner > 0, rect.west_m(), rect.north_m(), tiles::gsd_of(rect.level)};
 }
 
+// `covers`: what the pixels of the core are taken for, on every date that shows any.
 std::vector<StoredSighting> find_sightings(const Plan& plan, const ingest::Stack& images, const tiles::PixelRect& rect,
-                                           const cv::Rect& core) {
+                                           const cv::Rect& core, std::vector<cv::Mat>& covers) {
   std::vector<StoredSighting> out;
   std::vector<features::GridImage> shown;
   for (const ingest::Epoch& epoch : images.epochs)
@@ -96,7 +98,7 @@ std::vector<StoredSighting> find_sightings(const Plan& plan, const ingest::Stack
   };
   for (size_t i = 0; i < shown.size(); ++i) {
     if (shown[i].pixels.empty()) continue;
-    for (const landmarks::Extracted& found : landmarks::find_landmarks(shown[i], core, *plan.object_model)) {
+    for (const landmarks::Extracted& found : landmarks::find_landmarks(shown[i], core, *plan.object_model, &covers.emplace_back())) {
       const tiles::Landmark& m = found.landmark;
       const auto chances = uint16_t(std::ranges::count_if(shown, [&](const auto& image) { return shows(image, m); }));
       const bool is_newest =
@@ -253,7 +255,9 @@ std::vector<FinishedTile> find_features(const Plan& plan, const ingest::Stack& i
     tbb::parallel_invoke(
         [&] {
           if (!plan.find_landmarks) return;
-          of_landmarks.push_back(journal_tile(kFoundLandmarks, block, find_sightings(plan, images, rect, core)));
+          std::vector<cv::Mat> covers;
+          of_landmarks.push_back(journal_tile(kFoundLandmarks, block, find_sightings(plan, images, rect, core, covers)));
+          if (!plan.footprints.empty()) of_landmarks.push_back(describe_covers(block, covers));
         },
         [&] {
           if (plan.find_roads)

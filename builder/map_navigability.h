@@ -1,37 +1,48 @@
-// Navigability of a build: what every block of imagery says about finding oneself over it, and the pass that makes
-// layers of it.
+// Navigability of a build, block by block: what the imagery says about finding oneself over every node, with the
+// matchers that fly. navigability_layers.h makes layers of it.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "builder/catalog/catalog.h"
-#include "builder/export/pack_writer.h"
 #include "builder/ingest/image_set.h"
 #include "builder/plan.h"
+#include "tiles/navigability.h"
 
 namespace landfix {
 
 /// The level at which the view of a footprint is matched: 32 to 64 pixels a side, where the imagery is fine enough.
 int matched_level(const tiles::Footprint& footprint, int image_level);
 
-/// Pixels of `level` around a block that the footprints matched there want; 0 where there is none.
+/// Pixels of `level` around a block that the footprints matched there want, and what describes the ground there; 0
+/// where there is neither.
 int navigability_halo_px(const Plan& plan, int level);
 
+/// Whether images of a level are looked at for navigability.
+bool judges(const Plan& plan, int level);
+
 /// What the images say of every node in a block of `images.rect.level`, for the journal: one tile per footprint that is
-/// matched at this level. The same for a block whatever the blocks around it. `images` reaches navigability_halo_px()
-/// beyond the block, where there is data.
+/// matched at this level, and at ground_level() what covers the ground. Places are judged by the first of plan.matchers
+/// at every node, by the others at every other one of each row and column. The same for a block whatever the blocks
+/// around it. `images` reaches navigability_halo_px() beyond the block, where there is data.
 std::vector<catalog::FinishedTile> judge_places(const Plan& plan, const ingest::Stack& images,
                                                 const tiles::TileIndex& block);
 
-/// A footprint's layer, with its one level tiles::kNavigabilityLevel, which has no tiles yet.
-exporter::PackLayer navigability_layer(const tiles::Footprint& footprint);
+/// What there is of a footprint in the journal: nodes of a block as pixels of the layer, rows from the north.
+struct JudgedBlocks {
+  explicit JudgedBlocks(const tiles::Footprint& footprint, int image_level);
 
-/// The tiles of the layers, from what all blocks have said and the finished tiles of the layer `landmarks`, if the pack
-/// has one.
-std::vector<catalog::FinishedTile> link_navigability(const Plan& plan, const catalog::Catalog& catalog);
+  std::string name;    ///< of its tiles
+  int level = 0;       ///< of its blocks
+  int side_nodes = 0;  ///< of one
+};
 
-/// "navigability/160/160: 1840 places, a fix in 10 at 0.31, half at 0.82" and the like, one line per layer.
-std::vector<std::string> text_of_navigability(const Plan& plan, const catalog::Catalog& catalog);
+/// The pixels of a layer: tiles::NavigabilityPixel.
+inline constexpr tiles::TileFormat kNavigabilityFormat{tiles::PixelType::kU8, uint8_t(tiles::kNavigabilityChannels), 0};
+
+/// Whose chance a matcher's is.
+tiles::Finder finder_of(nav::Method method);
 
 }  // namespace landfix

@@ -12,10 +12,12 @@
 #include "builder/file_bytes.h"
 #include "builder/hex.h"
 #include "builder/ingest/geoid.h"
+#include "builder/ground_cover.h"
 #include "builder/ingest/zone.h"
 #include "builder/layers/registry.h"
 #include "builder/layers/window.h"
 #include "builder/map_navigability.h"
+#include "builder/navigability_layers.h"
 
 namespace landfix {
 namespace {
@@ -245,21 +247,39 @@ void choose_vector_layers(const BuildOptions& options, Plan& plan) {
   for (int level = plan.image_level + 1; level <= kFeatureLevel; ++level) plan.halved[level];
 }
 
+// Matchers whose layers the pack has, in the order in which `auto` asks them.
+std::vector<nav::Method> matchers_of(const Plan& plan) {
+  using nav::Method;
+  std::vector<Method> out;
+  for (const Method method : {Method::kOrientation, Method::kGray, Method::kEdge, Method::kContour})
+    if (std::ranges::any_of(plan.layers, [&](const LayerPlan& l) { return l.info().name == nav::name_of(method); }))
+      out.push_back(method);
+  return out;
+}
+
+void add_footprint(const tiles::Footprint& f, Plan& plan) {
+  if (std::ranges::count(plan.footprints, f) > 0) return;
+  const int level = matched_level(f, plan.image_level);
+  if (tiles::gsd_of(level) * kCoarsestView_px > f.template_m)
+    throw Error(ExitCode::kUsage,
+                fmt::format("--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m "
+                            "or more",
+                            f.template_m, f.search_m, f.template_m, kCoarsestView_px,
+                            tiles::gsd_of(level) * kCoarsestView_px));
+  plan.footprints.push_back(f);
+  plan.description.layers.push_back(navigability_layer(f));
+  plan.sources[plan.image_level];
+  for (int l = plan.image_level + 1; l <= std::max(level, ground_level(plan)); ++l) plan.halved[l];
+}
+
 void choose_footprints(const BuildOptions& options, Plan& plan) {
-  for (const tiles::Footprint& f : options.footprints) {
-    if (std::ranges::count(plan.footprints, f) > 0) continue;
-    const int level = matched_level(f, plan.image_level);
-    if (tiles::gsd_of(level) * kCoarsestView_px > f.template_m)
-      throw Error(
-          ExitCode::kUsage,
-          fmt::format(
-              "--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m or more",
-              f.template_m, f.search_m, f.template_m, kCoarsestView_px, tiles::gsd_of(level) * kCoarsestView_px));
-    plan.footprints.push_back(f);
-    plan.description.layers.push_back(navigability_layer(f));
-    plan.sources[plan.image_level];
-    for (int l = plan.image_level + 1; l <= level; ++l) plan.halved[l];
-  }
+  if (options.footprints.empty()) return;
+  plan.matchers = matchers_of(plan);
+  if (plan.matchers.empty())
+    throw Error(ExitCode::kUsage,
+                "--navigability: nothing could be matched in this pack; expected one of the layers orientation, gray, "
+                "edge, contour");
+  for (const tiles::Footprint& f : options.footprints) add_footprint(f, plan);
 }
 
 std::vector<std::pair<std::string, std::string>> parameters_of(const BuildOptions& options, const Plan& plan) {

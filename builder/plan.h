@@ -18,6 +18,7 @@
 #include "builder/layer_set.h"
 #include "builder/layers/layer.h"
 #include "builder/roads/road_model.h"
+#include "runtime/nav/matcher.h"
 
 namespace landfix {
 
@@ -42,6 +43,7 @@ struct Plan {
   std::shared_ptr<const landmarks::ObjectModel> object_model;  ///< where find_landmarks
   std::shared_ptr<const landmarks::RoadModel> road_model;      ///< where find_roads
   std::vector<tiles::Footprint> footprints;                    ///< that navigability is judged for
+  std::vector<nav::Method> matchers;                           ///< that the pack serves, as `auto` asks them; ditto
   /// By level of the source window: indices of the layers that are computed from the inputs there.
   std::map<int, std::vector<size_t>> sources;
   /// By level above the imagery's: indices of the layers that are computed from the epochs halved down to it.

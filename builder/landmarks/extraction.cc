@@ -106,6 +106,17 @@ Extracted landmark_of(const Chosen& chosen, const features::GridImage& image,
   return out;
 }
 
+// The cover that has the highest probability, the first of several.
+cv::Mat likeliest_covers(const ObjectScene& scene, const cv::Rect& region) {
+  cv::Mat best = cv::Mat::zeros(region.size(), CV_8U), highest = scene.covers[0](region).clone();
+  for (size_t k = 1; k < kCovers; ++k) {
+    const cv::Mat higher = scene.covers[k](region) > highest;
+    best.setTo(double(k), higher);
+    scene.covers[k](region).copyTo(highest, higher);
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<Chosen> choose_regions(const ObjectScene& scene, LandmarkClass cls, const cv::Rect& core,
@@ -127,8 +138,9 @@ std::vector<Chosen> choose_regions(const ObjectScene& scene, LandmarkClass cls, 
   return out;
 }
 
-std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv::Rect& core,
-                                      const ObjectModel& model) {
+std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv::Rect& core, const ObjectModel& model,
+                                      cv::Mat* covers) {
+  if (covers) *covers = cv::Mat(core.size(), CV_8U, cv::Scalar(kNoCover));
   if (image.pixels.type() != CV_8UC1 && image.pixels.type() != CV_8UC3)
     throw Error(ExitCode::kInternal, "landmarks are found in images of 8 bits, gray or red, green, blue");
   const cv::Rect inside = core & cv::Rect({}, image.pixels.size());
@@ -138,6 +150,10 @@ std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv
   const ObjectModel::Part& part = image.pixels.channels() == 3 ? model.colour : model.gray;
   const ObjectScene scene = look_at(seen.pixels, seen.valid, part.covers);
   const cv::Rect middle(kLandmarkHalo_px, kLandmarkHalo_px, inside.width, inside.height);
+  if (covers) {
+    cv::Mat known = (*covers)(inside - core.tl());
+    likeliest_covers(scene, middle).copyTo(known, scene.valid(middle));
+  }
   std::vector<Extracted> out;
   for (size_t k = 0; k < tiles::kLandmarkClasses; ++k) {
     if (part.whole[k].size() == 0) continue;  // nothing was learnt of this class

@@ -26,7 +26,9 @@ struct Extracted {
 /// `core`, in the order of their class, then from north to south. What lies at the image's rim or beside pixels without
 /// data is not seen whole and left out. The same for the same core however much more than kLandmarkHalo_px around it
 /// the image shows, and together the same however a map is cut into cores. Throws Error (kInternal) for another type.
-std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv::Rect& core, const ObjectModel& model);
+/// `covers`, where it is given, becomes the likeliest cover of each pixel of the core, kNoCover where there is no data.
+std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv::Rect& core, const ObjectModel& model,
+                                      cv::Mat* covers = nullptr);
 
 /// The landmarks of a whole image, found block by block; their distinctiveness is measured. The same whatever the
 /// number of threads (0: all cores).

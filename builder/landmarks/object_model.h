@@ -16,6 +16,7 @@ namespace landfix::landmarks {
 /// What a pixel shows. Ground is whatever is none of the others: fields, grass, bare soil.
 enum class Cover : uint8_t { kGround = 0, kBuilding = 1, kTree = 2, kWater = 3, kPaved = 4 };
 inline constexpr size_t kCovers = 5;
+inline constexpr uint8_t kNoCover = 255;  ///< of a pixel without data, in images of covers
 
 /// The cover that landmarks of a class consist of.
 Cover cover_of(tiles::LandmarkClass cls);
