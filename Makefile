@@ -8,6 +8,7 @@
 #   make fuzz    ten minutes of fuzzing of the reader
 #   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
 #   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
+#   make routes  predicted errors and suggested routes against simulated flights: the table of docs/routes.md
 #   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
 #   make memory  builds of a 4-gigapixel image, and of 556 Mpx with landmarks and roads: peak memory and time
 SHELL := /bin/bash
@@ -15,7 +16,7 @@ JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: evaluation landmarks calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
+.PHONY: evaluation landmarks routes calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -46,6 +47,9 @@ evaluation: release
 
 landmarks: release
 	tools/landmarks/evaluate.sh build/release/tools/landfix/landfix build/landmarks
+
+routes: release
+	tools/route/evaluate.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/routes
 
 calibrate: release
 	tools/setup/install.sh python3-numpy

@@ -1,84 +1,26 @@
 // What routes are told by the navigability layers of a pack: a small one is written by the pack writer and read back.
 #include "tools/route/pack_navigability.h"
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <fstream>
-#include <map>
 
-#include "builder/catalog/hash.h"
 #include "builder/error.h"
-#include "builder/export/pack_writer.h"
-#include "tests/route/fields.h"
-#include "tiles/navigability.h"
-#include "tools/common/open_pack.h"
+#include "tests/route/packs.h"
 
 namespace landfix::route {
 namespace {
 
-using tiles::Footprint;
-
-/// In the tile of level 6 that holds at(0, 0): nodes of 64 m in the columns west of kSplit are one thing, the others
-/// another, and beyond kKnown nothing is known.
-constexpr int kSplit = 160, kKnown = 200;
-
-class PackNavigabilityTest : public testing::Test {
+class PackNavigabilityTest : public NavigablePack {
  protected:
-  void TearDown() override { std::filesystem::remove(path_); }
-
-  /// A layer whose western part is `west` and whose rest is `east`.
-  void add(const Footprint& footprint, const tiles::Navigability& west, const tiles::Navigability& east) {
-    std::vector<uint8_t> pixels(kFormat.bytes(), 0);
-    for (size_t i = 0; i < pixels.size() / tiles::kNavigabilityChannels; ++i) {
-      const int column = int(i % tiles::kTilePixels);
-      if (column >= kKnown) continue;
-      const tiles::NavigabilityPixel pixel = tiles::encode_navigability(column < kSplit ? west : east);
-      std::copy(pixel.begin(), pixel.end(), pixels.begin() + long(i * pixel.size()));
-    }
-    schema::TileRecord record{};
-    record.key = tiles::hilbert_key(kTile);
-    record.offset = data_.size();
-    record.codec = uint8_t(tiles::Codec::kZstd);
-    data_[record.offset] = tiles::encode(tiles::Codec::kZstd, kFormat, pixels, {});
-    record.length = uint32_t(data_[record.offset].size());
-    record.hash = catalog::hash_of(data_[record.offset]);
-    description_.layers.push_back(
-        {tiles::layer_of(footprint), "", kFormat, {{tiles::kNavigabilityLevel, {record}}}, {}});
-  }
-
-  Pack written() {
-    const double side_m = tiles::tile_side(kTile.level);
-    description_.zone = kZone;
-    description_.bounds = {kTile.x * side_m, kTile.y * side_m, (kTile.x + 1) * side_m, (kTile.y + 1) * side_m};
-    exporter::write_pack(path_, description_, [this](const schema::TileRecord& tile, std::span<uint8_t> out) {
-      std::ranges::copy(data_.at(tile.offset), out.begin());
+  /// One thing as far as 2 km east of at(0, 0), another from there on, and nothing known beyond 4 km.
+  void add(const tiles::Footprint& footprint, const tiles::Navigability& west, const tiles::Navigability& east) {
+    NavigablePack::add(footprint, [&](double x_m, double) {
+      return x_m > 4000 ? std::nullopt : std::optional(x_m < 2000 ? west : east);
     });
-    return tools::open_pack(path_);
   }
-
-  /// What the pack says in the middle of the western (or eastern) part.
   static Navigability seen(const NavigabilityMap& map, double view_m, double search_m, bool west = true) {
-    return map.at(kWestM + (west ? 100 : 180) * tiles::kNavigabilityGsd_m, kNorth, view_m, search_m).value();
+    return map.at(kEast + (west ? 1000 : 3000), kNorth, view_m, search_m).value();
   }
-
-  static constexpr tiles::TileIndex kTile{tiles::kNavigabilityLevel, 30, 317};
-  static constexpr double kWestM = 30 * 16384.0;
-  static constexpr tiles::TileFormat kFormat{tiles::PixelType::kU8, uint8_t(tiles::kNavigabilityChannels), 0};
-  const std::string path_ = testing::TempDir() + "pack_navigability_" + std::to_string(::getpid()) + ".lfpack";
-  exporter::PackDescription description_;
-  std::map<uint64_t, std::vector<uint8_t>> data_;
 };
-
-tiles::Navigability place(double fix) {
-  tiles::Navigability n{};
-  n.fix_probability.fill(fix);
-  n.fix_probability[size_t(tiles::Finder::kGray)] = 0.01;
-  n.false_probability = 0.02;
-  n.major_m = 4;
-  n.minor_m = 2;
-  return n;
-}
 
 // The chance of `auto`, the long axis along its direction (north: variance 16 there, 4 eastwards), reasons and
 // repeats; codes are exact to 4.4 % of a length and 0.073 in log odds.
@@ -101,8 +43,8 @@ TEST_F(PackNavigabilityTest, SaysWhatTheNodeSays) {
   ASSERT_TRUE(east.repeat);
   EXPECT_NEAR(east.repeat->distance_m, 100, 5);
   EXPECT_NEAR(east.repeat->bearing_rad, M_PI / 2, 0.02);
-  EXPECT_FALSE(map->at(kWestM + (kKnown + 1) * tiles::kNavigabilityGsd_m, kNorth, 160, 20));  // nothing known
-  EXPECT_FALSE(map->at(kWestM - 10, kNorth, 160, 20));                                        // off the map
+  EXPECT_FALSE(map->at(kEast + 5000, kNorth, 160, 20));  // nothing known
+  EXPECT_FALSE(map->at(kWestM - 10, kNorth, 160, 20));   // off the map
 }
 
 // Between two views by the logarithm: 160 is half way from 80 to 320. Smaller than all: its share of the ground. A
@@ -136,7 +78,6 @@ TEST_F(PackNavigabilityTest, AgesToTheDayOfFlight) {
 }
 
 TEST_F(PackNavigabilityTest, RefusesPacksThatDoNotSay) {
-  description_.layers = {{"gray", "", {tiles::PixelType::kU8, 1, 0}, {}, {}}};
   const Pack pack = written();
   try {
     open_navigability(pack, path_);

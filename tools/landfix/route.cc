@@ -120,7 +120,8 @@ std::string suggested_file(const Arguments& a, const RouteSetup& setup, const st
   const bool keeps = format == mission::Format::kPlan || format == mission::Format::kWaypoints;
   if (mission && keeps && mission->format == format)
     return route::with_detours(*mission, stops, problem, suggestion, setup.zone);
-  const std::vector<mission::Place> places = route::places_of(suggestion.suggested().points, problem, setup.zone);
+  const std::vector<mission::Place> places =
+      route::places_of(suggestion.suggested().points, problem, setup.zone, format == mission::Format::kGpx);
   mission::NewFile about;
   about.name = std::filesystem::path(a.output).stem().string();
   about.speed_mps = problem.speed_mps;
@@ -130,6 +131,11 @@ std::string suggested_file(const Arguments& a, const RouteSetup& setup, const st
     about.home = mission->home;
   } else if (ground && geoid) {
     about.home = mission::Place{places.front().position, {*ground - *geoid, mission::AltitudeReference::kSeaLevel}};
+  } else if (keeps) {
+    throw Error(ExitCode::kNoData,
+                fmt::format("{}: expected the height of the ground above sea level for home, found no "
+                            "geoid in {}; write .gpx or .geojson, or build the map with --dem",
+                            a.output, a.map));
   }
   return mission::new_mission(format, places, about);
 }
@@ -158,9 +164,9 @@ void run_suggest(const Arguments& a) {
   }
   set_level(a, setup, mission, problem);
   const route::Suggestion suggestion = route::suggest(problem, {setup.score});
-  if (!a.output.empty()) write_text(a.output, suggested_file(a, setup, mission, stops, problem, suggestion));
-  if (!a.html.empty()) write_text(a.html, route::html_report(suggestion, *setup.navigability, setup.vehicle));
   print(a, route::to_json(suggestion, setup.zone), route::to_text(suggestion));
+  if (!a.html.empty()) write_text(a.html, route::html_report(suggestion, *setup.navigability, setup.vehicle));
+  if (!a.output.empty()) write_text(a.output, suggested_file(a, setup, mission, stops, problem, suggestion));
 }
 
 void add_common_options(CLI::App& command, Arguments& a) {

@@ -14,8 +14,8 @@
 namespace landfix::route {
 
 /// One merged history. The error is Gaussian with mean 0 and covariance drift·driftᵀ + bias·biasᵀ + noise. Errors of
-/// matches of the same ground are alike: they follow a process of unit variance, whose correlation between two images is
-/// that of their outcomes.
+/// matches of the same ground are alike: they follow a process of unit variance, whose correlation between two images
+/// is that of their outcomes.
 struct Hypothesis {
   double weight = 1;
   bool fixed = false;            ///< the last image gave a true fix

@@ -132,24 +132,25 @@ const View& Image::view(double filter_sigma_m) const {
 std::vector<Image> images_along(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle, double least_m) {
   least_m = std::max(least_m, path.length_m() / kMostImages);
   std::vector<Image> images;
-  bool on_map = false;
+  bool known = false;
   for (double d = 0; d < path.length_m();) {
     // The speed is that of the leg which the step begins on.
     const double step_m = std::max(vehicle.image_spacing_m(path.at(d + 1e-6).speed_mps), least_m);
     const double next = std::min(d + step_m, path.length_m());
-    const Station station = path.at(next);
-    on_map |= map.extent().holds(station.east_m, station.north_m);
-    images.emplace_back(station, next - d, map, vehicle);
+    images.emplace_back(path.at(next), next - d, map, vehicle);
+    known = known || !(images.back().view(0).reasons & (kOffMap | kNoImage));
     d = next;
   }
-  if (!on_map) {
+  if (!known) {
     const Extent e = map.extent();
     const Station s = path.at(0);
     throw Error(
         ExitCode::kNoData,
-        fmt::format("{}: expected a route on the map (east {:.0f} to {:.0f}, north {:.0f} to {:.0f}), found none of "
-                    "it there (it starts at east {:.0f}, north {:.0f}); choose the map of this area",
-                    path.name(), e.west_m, e.east_m, e.south_m, e.north_m, s.east_m, s.north_m));
+        fmt::format(
+            "{}: expected a route over ground that the map knows (within east {:.0f} to {:.0f}, north {:.0f} to "
+            "{:.0f}), found none of it there (it starts at east {:.0f}, north {:.0f}); choose the map of this "
+            "area",
+            path.name(), e.west_m, e.east_m, e.south_m, e.north_m, s.east_m, s.north_m));
   }
   return images;
 }

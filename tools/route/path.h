@@ -115,7 +115,7 @@ class Image {
 
 /// The images of a flight along a path, by distance, no nearer to each other than `least_m` and no more than 20 000.
 /// The first is taken one spacing after the start. Both referred to must outlive the images. Throws Error (kNoData)
-/// where no part of the path lies on the map.
+/// where the map knows nothing of any part of the path.
 std::vector<Image> images_along(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle,
                                 double least_m = 0);
 

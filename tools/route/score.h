@@ -74,8 +74,8 @@ struct RouteScore {
   double corridor_error = 0;          ///< standard error of that chance
 };
 
-/// Throws Error (kNoData) where no part of the path lies on the map. A path partly on it is scored: elsewhere there are
-/// no fixes.
+/// Throws Error (kNoData) where the map knows nothing of any part of the path. A path partly on it is scored: elsewhere
+/// there are no fixes.
 RouteScore score(const Path& path, const NavigabilityMap& map, const Vehicle& vehicle,
                  const ScoreOptions& options = {});
 

@@ -44,10 +44,11 @@ struct MissionStops {
 };
 MissionStops stops_of(const mission::Mission& mission, const tiles::Zone& zone);
 
-/// Points of the suggested route as a ground station takes them: above ground, or (of a level above the ellipsoid)
-/// above sea level. Throws Error (kNoData) where the geoid is needed and not known.
+/// Points of the suggested route as a ground station takes them: above ground, or (of a level above the ellipsoid, and
+/// where `above_sea` asks for it) above sea level. Throws Error (kNoData) where geoid or ground are needed and not
+/// known.
 std::vector<mission::Place> places_of(const std::vector<Eigen::Vector2d>& points, const RouteProblem& problem,
-                                      const tiles::Zone& zone);
+                                      const tiles::Zone& zone, bool above_sea = false);
 
 /// The mission's file with the suggested detours between its stops (formats .plan and WPL). Throws Error (kUsage) for
 /// other formats and for missions that jump: what is in between is flown more than once.

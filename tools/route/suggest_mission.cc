@@ -38,17 +38,21 @@ MissionStops stops_of(const mission::Mission& mission, const tiles::Zone& zone) 
 }
 
 std::vector<mission::Place> places_of(const std::vector<Eigen::Vector2d>& points, const RouteProblem& problem,
-                                      const tiles::Zone& zone) {
+                                      const tiles::Zone& zone, bool above_sea) {
   std::vector<mission::Place> places;
   for (const Eigen::Vector2d& p : points) {
     const auto place = tiles::geodetic_from_grid(zone, p.x(), p.y());
     if (!place) throw Error(ExitCode::kNoData, "route: a point is outside of the zone's grid");
     mission::Altitude altitude{problem.level_m, mission::AltitudeReference::kTerrain};
-    if (!problem.above_ground) {
-      const std::optional<double> geoid = problem.heights.geoid_m(p.x(), p.y());
-      if (!geoid)
-        throw Error(ExitCode::kNoData, "route: the geoid is not known on the route; give heights above ground");
-      altitude = {problem.level_m - *geoid, mission::AltitudeReference::kSeaLevel};
+    if (above_sea || !problem.above_ground) {
+      const std::optional<double> geoid = problem.heights.geoid_m(p.x(), p.y()),
+                                  ground = problem.above_ground ? problem.heights.ground_m(p.x(), p.y()) : 0;
+      if (!geoid || !ground) {
+        throw Error(ExitCode::kNoData,
+                    "route: geoid and ground are not known on all of the route; write .plan or .geojson with heights "
+                    "above ground");
+      }
+      altitude = {*ground + problem.level_m - *geoid, mission::AltitudeReference::kSeaLevel};
     }
     places.push_back({{place->latitude_rad / kRadians, place->longitude_rad / kRadians}, altitude});
   }
