@@ -10,13 +10,14 @@
 #   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
 #   make routes  predicted errors and suggested routes against simulated flights: the table of docs/routes.md
 #   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
+#   make navigability  draws the samples of tools/navigability anew and fits the chance of a fix to them
 #   make memory  builds of a 4-gigapixel image, and of 556 Mpx with landmarks and roads: peak memory and time
 SHELL := /bin/bash
 JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: evaluation landmarks routes calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
+.PHONY: evaluation landmarks navigability routes calibrate all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -56,6 +57,12 @@ calibrate: release
 	tools/calibrate/samples.sh build/release/tools/landfix/landfix tools/calibrate 101 5 "$(LANDFIX_DATA)"
 	/usr/bin/python3 tools/calibrate/fit.py tools/calibrate/*.csv.gz >build/calibration_table.h
 	mv build/calibration_table.h runtime/nav/calibration_table.h
+
+navigability: release
+	tools/setup/install.sh python3-numpy
+	tools/navigability/samples.sh build/release/tools/navigability/landfix_navigability_samples tools/navigability
+	/usr/bin/python3 tools/navigability/fit.py tools/navigability/drawn.csv.gz >build/model_table.h
+	mv build/model_table.h builder/navigability/model_table.h
 
 memory: release
 	tools/bench/memory.sh build/release/tools/landfix/landfix

@@ -80,17 +80,14 @@ void tell_spread(const Predictors& p, double gsd_m, Navigability& out) {
   out.direction_rad = std::numbers::pi / 2 - 0.5 * std::atan2(2 * c[1], c[0] - c[3]);
 }
 
-// By the matcher that is asked first.
+// By the matcher that is asked first; what `auto` gains by the others did not show on real images.
 Navigability judged(const Plan& plan, const Predictors& p, const std::optional<int>& day, double gsd_m) {
   Navigability out;
   out.fix_probability.fill(std::nan(""));
   const nav::Method first = plan.matchers[0];
-  const bool combines = first == nav::Method::kOrientation && plan.matchers.size() > 1;
-  const double by_auto = navigability::fix_probability(p, combines ? std::nullopt : std::optional(first));
-  out.fix_probability[size_t(Finder::kAuto)] = by_auto;
-  out.fix_probability[size_t(finder_of(first))] = navigability::fix_probability(p, first);
-  const navigability::GateChances gate = navigability::gate_chances(by_auto);
-  out.false_probability = gate.accepted * gate.false_of_accepted;
+  const double chance = navigability::fix_probability(p, first);
+  out.fix_probability[size_t(Finder::kAuto)] = out.fix_probability[size_t(finder_of(first))] = chance;
+  out.false_probability = navigability::false_fix_probability(chance);
   tell_spread(p, gsd_m, out);
   if (p.look_alike) {
     out.rival_m = std::hypot(p.look_alike->east_m, p.look_alike->north_m);

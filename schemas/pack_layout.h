@@ -11,7 +11,7 @@ namespace landfix::schema {
 static_assert(std::endian::native == std::endian::little, "packs are read in place on little-endian hosts");
 
 inline constexpr uint8_t kMagic[8] = {0x89, 'L', 'F', 'P', '\r', '\n', 0x1A, '\n'};
-inline constexpr uint16_t kVersionMajor = 1, kVersionMinor = 2;
+inline constexpr uint16_t kVersionMajor = 1, kVersionMinor = 3;
 inline constexpr uint32_t kPageSize = 4096;
 inline constexpr uint32_t kBlockTiles = 256;   ///< most tile records in a directory block
 inline constexpr uint32_t kSmallAlignment = 8; ///< of everything that is not page-aligned

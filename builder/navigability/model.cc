@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -14,6 +13,10 @@ namespace {
 
 /// No probability is closer to 0 or to 1: changes that no date shows come on top.
 constexpr double kMostCertain = 0.995;
+
+/// Share of the misses that pass the standard gate. On nine years of real farmland it was 0.096 over maps of four dates
+/// and 0.053 over those of one, alike from doubtful places to good ones; in drawn worlds 0.014, whose changes are tamer.
+constexpr double kPassingMisses = 0.1;
 
 /// Scale of the matches' covariances and floor in pixels: from dates that are matched with each other, and from one
 /// that is matched with itself, which is far too sharp.
@@ -28,26 +31,19 @@ double weighted(std::span<const double> coefficients, const std::vector<double>&
   return std::inner_product(values.begin(), values.end(), coefficients.begin(), 0.0);
 }
 
-// `auto` has the last row of a table.
-size_t row_of(std::optional<nav::Method> method) { return method ? size_t(*method) : std::size(nav::kMethods); }
-
 }  // namespace
 
-double fix_probability(const Predictors& p, std::optional<nav::Method> method) {
+double fix_probability(const Predictors& p, nav::Method method) {
   if (p.dates == 0) return 0;
   const double size = std::log(std::max(p.template_px, 1.0) / 40), structure = std::log(p.structure + kLeastStructure);
-  const double logit = p.dates > 1 ? weighted(kSeveralDates[row_of(method)],
+  const double logit = p.dates > 1 ? weighted(kSeveralDates[size_t(method)],
                                               {1, p.least_logit, p.mean_logit, structure, p.background, size,
                                                1.0 / (p.dates * (p.dates - 1))})
-                                   : weighted(kOneDate[row_of(method)], {1, p.structure, p.background, p.crest, size});
+                                   : weighted(kOneDate[size_t(method)], {1, p.structure, p.background, p.crest, size});
   return std::clamp(logistic(logit), 1 - kMostCertain, kMostCertain);
 }
 
-GateChances gate_chances(double fix) {
-  if (fix <= 0) return {};
-  const double logit = std::log(fix / (1 - std::min(fix, kMostCertain)));
-  return {logistic(weighted(kAccepted, {1, logit})), logistic(weighted(kFalseOfAccepted, {1, logit}))};
-}
+double false_fix_probability(double fix) { return kPassingMisses * (1 - fix); }
 
 std::array<double, 4> fix_covariance_m2(const Predictors& p, double gsd_m) {
   const Spread& s = p.dates > 1 ? kBetweenDates : kOfOneDate;

@@ -187,9 +187,9 @@ TEST(HostileHeader, ReservedBytesAreFoundByTheDeepCheck) {
   EXPECT_EQ(deep(hostile([](Patch& p) { p.blocks()[1].reserved = 1; })), LF_DAMAGED);
   EXPECT_EQ(deep(hostile([](Patch& p) { p.tiles(p.blocks()[1])[0].reserved = 1; })), LF_DAMAGED);
   // A newer minor version may have given them a meaning.
-  EXPECT_EQ(deep(hostile_header([](Header& h) { h.version_minor = 3, h.reserved[0] = 1; })), LF_OK);
+  EXPECT_EQ(deep(hostile_header([](Header& h) { h.version_minor = 4, h.reserved[0] = 1; })), LF_OK);
   EXPECT_EQ(deep(hostile([](Patch& p) {
-              p.header().version_minor = 3;
+              p.header().version_minor = 4;
               p.blocks()[1].reserved = 1;
               p.tiles(p.blocks()[1])[0].reserved = 1;
             })),

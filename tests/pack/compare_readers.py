@@ -105,4 +105,5 @@ if __name__ == "__main__":
     compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "small.lfpack", decodable=4, fields=1000)
     compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "version_1_0.lfpack", decodable=1, fields=150)
     compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "version_1_1.lfpack", decodable=4, fields=250)
+    compare(sys.argv[1], fixtures / "read_pack.py", fixtures / "version_1_2.lfpack", decodable=4, fields=1000)
     refuse(fixtures / "read_pack.py", fixtures / "small.lfpack")

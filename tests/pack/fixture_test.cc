@@ -55,6 +55,14 @@ TEST(Fixture, OfTheSecondVersionIsReadAsEver) {
   EXPECT_EQ(*pack->verify(true), 10u);
 }
 
+TEST(Fixture, OfTheThirdVersionIsReadAsEver) {
+  const OpenPack pack(read_file(LANDFIX_FIXTURES "/version_1_2.lfpack"), {.copy = false, .trusted_keys = {kKey}});
+  ASSERT_EQ(pack.status(), LF_OK);
+  EXPECT_EQ(pack->info().version_minor, 2);
+  EXPECT_EQ(pack->info().layer_count, 6u);
+  EXPECT_EQ(*pack->verify(true), 14u);
+}
+
 TEST(Fixture, OrientationIsTheSameInEveryCodec) {
   // Tiles a (raw), b (Zstandard) and c (context, with ponds without data) against the values that were drawn.
   const OpenPack pack(fixture());

@@ -44,7 +44,7 @@ TEST(Manifest, InfoIsWhatWasWritten) {
   const OpenPack pack(draw(described()));
   const lf_info i = pack->info();
   EXPECT_EQ(i.version_major, 1);
-  EXPECT_EQ(i.version_minor, 2);
+  EXPECT_EQ(i.version_minor, 3);
   EXPECT_EQ(i.zone, 33);
   EXPECT_EQ(i.north, 0);
   EXPECT_EQ(i.is_signed, 0);

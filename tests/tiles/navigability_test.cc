@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/tiles/random.h"
+
 namespace landfix::tiles {
 namespace {
 
@@ -112,6 +114,43 @@ TEST(Navigability, AnyBytesAreReadOrWithoutData) {
   ASSERT_TRUE(all);
   EXPECT_LT(all->direction_rad, std::numbers::pi);
   EXPECT_LT(all->rival_bearing_rad, 2 * std::numbers::pi);
+  tests::Random random(1);
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<uint8_t> bytes(size_t(random.integer(0, 24)));
+    for (uint8_t& b : bytes) b = random.byte();
+    const auto read = decode_navigability(bytes);
+    if (!read) continue;
+    for (const double p : read->fix_probability) EXPECT_TRUE(std::isnan(p) || (p > 0 && p < 1));
+    for (const double m : {read->major_m, read->minor_m, read->rival_m}) EXPECT_TRUE(m >= 0 && m < 6200);
+    for (const double share : {read->rival_strength, read->diversity}) EXPECT_TRUE(share >= 0 && share <= 1);
+    EXPECT_TRUE(read->direction_rad >= 0 && read->rival_bearing_rad >= 0 && read->newest_day.value_or(0) >= 0);
+    const auto again = decode_navigability(encode_navigability(*read));  // never without data
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->reasons, read->reasons);
+  }
+}
+
+TEST(Navigability, TheExampleOfTheSpecification) {
+  // Codes and values as schemas/FORMAT.md, section 3.5.1, gives them.
+  const NavigabilityPixel pixel = {160, 160, 128, 0, 0, 58, 86, 70, 128, 168, 1, 204, 4, 101, 8, 1, 2, 65, 69};
+  const auto read = decode_navigability(pixel);
+  ASSERT_TRUE(read);
+  EXPECT_NEAR(read->fix_probability[1], 0.9106, 1e-4);
+  EXPECT_EQ(read->fix_probability[2], 0.5);
+  EXPECT_TRUE(std::isnan(read->fix_probability[3]));
+  EXPECT_NEAR(read->false_probability, 0.0062, 1e-4);
+  EXPECT_NEAR(read->major_m, 3.974, 1e-3);
+  EXPECT_NEAR(read->minor_m, 1.987, 1e-3);
+  EXPECT_NEAR(read->direction_rad, std::numbers::pi / 2, 1e-9);
+  EXPECT_NEAR(read->rival_m, 138.7, 0.1);
+  EXPECT_EQ(read->rival_bearing_rad, 0);
+  EXPECT_NEAR(read->rival_strength, 0.799, 1e-3);
+  EXPECT_EQ(read->landmarks, 3u);
+  EXPECT_NEAR(read->diversity, 0.394, 1e-3);
+  EXPECT_TRUE(read->has(Reason::kRepeats) && read->has(Reason::kOneDate));
+  EXPECT_EQ(read->dates, 1u);
+  EXPECT_EQ(read->newest_day, 17728);
+  EXPECT_EQ(encode_navigability(*read), pixel);
 }
 
 TEST(Navigability, LayersAreNamedByTheirFootprint) {

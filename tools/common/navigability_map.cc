@@ -18,6 +18,8 @@ using tiles::Footprint;
 using tiles::Navigability;
 using tiles::Reason;
 
+constexpr double kMostNodes = 1 << 24;  // 69 000 km2, and 320 MB
+
 const char* compass_of(double bearing_rad) {
   static constexpr std::array kNames = {"north", "north-east", "east", "south-east",
                                         "south", "south-west", "west", "north-west"};
@@ -80,6 +82,10 @@ NavigabilityMap::NavigabilityMap(const Pack& pack, const Footprint& footprint, c
   if (!layer || layer->pixel_type != LF_U8 || layer->channels < tiles::kNavigabilityChannels || !region ||
       region->level != tiles::kNavigabilityLevel)
     throw Error(ExitCode::kBadPack, fmt::format("{}: layer {} is not as it should be", path, name));
+  if (double(region->width) * region->height > kMostNodes)
+    throw Error(ExitCode::kBadPack,
+                fmt::format("{}: layer {} claims {} by {} nodes; expected at most {:.0f}", path, name, region->width,
+                            region->height, kMostNodes));
   nodes_ = cv::Mat::zeros(int(region->height), int(region->width), CV_8UC(layer->channels));
   west_m_ = region->west_m;
   north_m_ = region->north_m;

@@ -17,8 +17,8 @@ import numpy as np
 
 LEAST_STRUCTURE = 0.03  # so much may be noise
 RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
-KEPT = "method ground dates template_px least_logit mean_logit structure crest background hit fix_accepted".split()
-METHODS = "gray edge contour orientation auto".split()  # as nav::Method counts them
+KEPT = "method ground dates template_px least_logit mean_logit structure crest background hit".split()
+METHODS = "gray edge contour orientation".split()  # as nav::Method counts them
 SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1)}
 
 
@@ -128,15 +128,6 @@ def fit_method(t, method):
     return rows
 
 
-def fit_gate(t, row):
-    """What the standard gate makes of matches by `auto`, by the chance of a true fix alone: (accepted, false of these)."""
-    several = part(t, (t["dates"] > 1) & (t["method"] == "auto"))
-    chance = (row[0] + features(several, "several") @ row[1:])[:, None]
-    taken = several["fix_accepted"] > 0.5
-    accepted = fit(chance, several["fix_accepted"], np.ones(len(taken)), (1,))
-    return accepted, fit(chance[taken], 1 - several["hit"][taken], np.ones(taken.sum()), (-1,))
-
-
 def numbers(row):
     return "{" + ", ".join(f"{b:.6g}" for b in row) + "}"
 
@@ -144,7 +135,7 @@ def numbers(row):
 def main(args):
     if args[0] == "--test":
         t = read(args[1:], also=("probability",))
-        for method in METHODS:
+        for method in [*METHODS, "auto"]:
             some = part(t, t["method"] == method)
             if len(some["hit"]):
                 report_all(some["probability"], some)
@@ -153,20 +144,16 @@ def main(args):
         return pack(args[1], args[2:])
     t = read(args)
     rows = {method: fit_method(t, method) for method in METHODS}
-    accepted, false = fit_gate(t, rows["auto"]["several"])
     print("// Written by tools/navigability/fit.py; not to be edited.\n#pragma once\n\nnamespace landfix::navigability {\n")
     print("/// Logistic regression on (1, least logit, mean logit, log (structure + kLeastStructure), background,")
-    print("/// log template / 40 px, 1 / (n (n - 1))), n dates; rows by nav::Method, then auto.")
+    print("/// log template / 40 px, 1 / (n (n - 1))), n dates; rows by nav::Method.")
     print(f"inline constexpr double kLeastStructure = {LEAST_STRUCTURE};")
     for name, kind, size in (("kSeveralDates", "several", 7), ("kOneDate", "one", 5)):
         if kind == "one":
             print("/// The same on (1, structure, background, crest, log template / 40 px).")
         lines = ",\n".join(f"    {numbers(rows[method][kind])}" for method in METHODS)
         print(f"inline constexpr double {name}[{len(METHODS)}][{size}] = {{\n{lines}}};")
-    print("/// Of a match by auto that the standard gate accepts, and of one among those that is false, on (1, logit of a true")
-    print("/// fix).")
-    print(f"inline constexpr double kAccepted[2] = {numbers(accepted)};")
-    print(f"inline constexpr double kFalseOfAccepted[2] = {numbers(false)};\n\n}}  // namespace landfix::navigability")
+    print("\n}  // namespace landfix::navigability")
 
 
 if __name__ == "__main__":
