@@ -1,15 +1,12 @@
 #include "tools/landfix/route_setup.h"
 
 #include <array>
-#include <numbers>
 
 #include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
 
 namespace landfix::tools {
 namespace {
-
-constexpr double kRadians = std::numbers::pi / 180;
 
 std::optional<int> day_of(const std::string& date) {
   if (date.empty()) return std::nullopt;
@@ -18,36 +15,10 @@ std::optional<int> day_of(const std::string& date) {
   return day;
 }
 
-fly::FlightOptions flight_options(const RouteArguments& a, const lf_info& map) {
-  fly::FlightOptions flight = a.flight;
-  flight.gnss_until_s = 0;
-  flight.camera = nav::camera_from_field_of_view(a.image_size[0], a.image_size[1], a.field_of_view_deg * kRadians);
-  flight.sensors.attitude_noise_rad = a.attitude_noise_deg * kRadians;
-  flight.sensors.attitude_bias_rad = a.attitude_bias_deg * kRadians;
-  flight.sensors.heading_bias_rad = a.heading_bias_deg * kRadians;
-  const double map_error_m = a.map_error_m >= 0 ? a.map_error_m : map.georegistration_error_m;
-  if (map_error_m >= 0) flight.localizer.map_bias_sigma_m = map_error_m;
-  return fly::with_known_errors(flight);
-}
-
-void add_vehicle_options(CLI::App& command, RouteArguments& a) {
-  const auto number = [&](const char* name, double& value, const char* text) {
-    command.add_option(name, value, text)->capture_default_str()->check(CLI::NonNegativeNumber);
-  };
-  number("--image-interval", a.flight.image_interval_s, "Time between images, s");
-  number("--fov-deg", a.field_of_view_deg, "Horizontal field of view of the camera");
-  command.add_option("--image-size", a.image_size, "Pixels of the camera")
-      ->delimiter(',')
-      ->expected(2)
-      ->type_name("WIDTH,HEIGHT")
-      ->capture_default_str();
-  number("--attitude-noise-deg", a.attitude_noise_deg, "White error of roll and pitch");
-  number("--attitude-bias-deg", a.attitude_bias_deg, "Constant error of roll and pitch");
-  number("--heading-bias-deg", a.heading_bias_deg, "Constant error of the heading");
-  number("--odometry-drift", a.flight.sensors.odometry_drift, "Error of dead reckoning as a share of the distance");
-  number("--gnss-sigma", a.flight.sensors.gnss_sigma_m, "Error of the last position with GNSS per axis, m");
-  command.add_option("--map-error", a.map_error_m, "Constant error of the map, m per axis [as the pack says]")
-      ->check(CLI::NonNegativeNumber);
+/// From where GNSS ends.
+fly::FlightOptions flight_options(RouteArguments a, const lf_info& map) {
+  a.flight.gnss_until_s = 0;
+  return flight_of(a, map);
 }
 
 }  // namespace
@@ -66,7 +37,7 @@ void add_route_options(CLI::App& command, RouteArguments& a) {
   command.add_option("--corridor", a.score.corridor_m, "Half the width of the corridor to stay in, m")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  add_vehicle_options(command, a);
+  add_aircraft_options(command, a);
 }
 
 RouteSetup::RouteSetup(const RouteArguments& a)

@@ -8,20 +8,16 @@
 
 #include "landfix/landfix.hpp"
 #include "runtime/nav/pack_map.h"
-#include "tools/fly/flight.h"
+#include "tools/landfix/aircraft.h"
 #include "tools/route/pack_navigability.h"
 #include "tools/route/score.h"
 
 namespace landfix::tools {
 
 /// The command line as given, degrees where it says so.
-struct RouteArguments {
+struct RouteArguments : AircraftArguments {
   std::string map, date, require = "10m@95%";
   std::vector<std::string> key_files;
-  std::vector<int> image_size = {640, 480};
-  double field_of_view_deg = 60, attitude_noise_deg = 0.5, attitude_bias_deg = 0.3, heading_bias_deg = 0.3;
-  double map_error_m = -1;
-  fly::FlightOptions flight;
   route::ScoreOptions score;
 };
 
