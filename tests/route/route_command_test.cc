@@ -1,4 +1,5 @@
 // `landfix route` as a user runs it: every format in and out, and what is wrong with missions and requirements.
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -190,6 +191,32 @@ TEST_F(RouteCommand, RefusesAMapWithoutNavigablePlaces) {
   draw([](double, double) { return place(0.004); });
   expect_refusal(run("suggest --from=" + lonlat(500, 2000) + " --to=" + lonlat(5500, 2000)), int(ExitCode::kNoData),
                  {"expected places where an image gives a fix", "finer or newer imagery"});
+}
+
+// Flights over a world in another year: what is predicted of a straight way and what was flown stand side by side, the
+// same for any number of threads; and a pair of places needs room.
+TEST(EvalRoute, FliesWhatItPredicts) {
+  const std::string folder = testing::TempDir() + "eval_route_" + std::to_string(::getpid());
+  std::filesystem::create_directories(folder);
+  const auto run = [&](const std::string& arguments) { return tests::run_landfix(folder, arguments, "errors"); };
+  const std::string world = " --seed 5 --size-m 1100 --gsd 2 --dem-gsd 16 --relief-m 5";
+  ASSERT_EQ(run("synth -o a --season summer --year 2018" + world).code, 0);
+  ASSERT_EQ(run("synth -o b --season autumn --year 2019" + world).code, 0);
+  ASSERT_EQ(run("synth -o c --season summer --year 2020" + world).code, 0);
+  ASSERT_EQ(run("build a/ortho.tif b/ortho.tif --navigability 80/40 --layers orientation -o map.lfpack").code, 0);
+  const std::string command =
+      "eval route --map map.lfpack --scene c/ortho.tif --agl 80 --image-interval 2 --routes 1 --runs 2 --json "
+      "--length-m ";
+  const Outcome one = run(command + "600 --threads 1"), two = run(command + "600 --threads 2");
+  ASSERT_EQ(one.code, 0) << one.out;
+  EXPECT_EQ(one.out, two.out);
+  const json straight = json::parse(one.out)["trials"][0]["straight"];
+  EXPECT_NEAR(straight["length_m"].get<double>(), 600, 1e-6);
+  EXPECT_GT(straight["flown_rms_m"].get<double>(), 0.3);  // no flight is as good as that,
+  EXPECT_LT(straight["flown_rms_m"].get<double>(), 8);    // and dead reckoning, 15 m at the end, is worse than this
+  EXPECT_LT(straight["predicted_rms_m"].get<double>(), 8);
+  EXPECT_EQ(run(command + "5000").code, int(ExitCode::kNoData));
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

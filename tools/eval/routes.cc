@@ -83,6 +83,10 @@ RouteTrial fly_trial(const RoutesScene& scene, const RoutesOptions& options, uin
     const route::Alternative& way = suggestion.alternatives[i];
     if (!way.refused.empty()) throw Error(ExitCode::kBadInput, way.refused);
     FlownRoute& flown = i == 0 ? trial.straight : trial.suggested;
+    if (i == 1 && way.points == trial.straight.points) {
+      flown = trial.straight;
+      continue;
+    }
     flown.points = way.points;
     flown.said = way.score;
     fly_way(scene, options, seed, flown);
