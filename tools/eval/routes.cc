@@ -118,6 +118,7 @@ Tally tally_of(const std::vector<RouteTrial>& trials) {
   Tally s;
   for (const RouteTrial& t : trials) {
     for (const FlownRoute* way : {&t.straight, &t.suggested}) {
+      if (way == &t.suggested && way->points == t.straight.points) continue;
       ++s.ways;
       s.right += std::abs(ratio(*way) - 1) <= kRight;
     }
