@@ -19,10 +19,10 @@ using catalog::FinishedTile;
 // Names in the journal; no layer of a pack can have them.
 constexpr char kFoundGround[] = "found/ground", kFoundCovers[] = "found/covers";
 
-constexpr double kWaterIndex = 0.1;         // of (green - infrared) / (green + infrared): water is above
-constexpr double kShadowTone = 0.6;         // of the mean around: shadow is below
-constexpr double kShadowWindow_m = 30;      // larger than a shadow, smaller than a field
-constexpr double kCoarsestShadow_m = 2;     // in larger pixels none is resolved
+constexpr double kWaterIndex = 0.1;      // of (green - infrared) / (green + infrared): water is above
+constexpr double kShadowTone = 0.6;      // of the mean around: shadow is below
+constexpr double kShadowWindow_m = 30;   // larger than a shadow, smaller than a field
+constexpr double kCoarsestShadow_m = 2;  // in larger pixels none is resolved
 constexpr int kMostShare = 254;
 
 int side_of_node_px(int level) { return int(std::lround(tiles::kNavigabilityGsd_m / tiles::gsd_of(level))); }
@@ -156,7 +156,8 @@ GroundMap::GroundMap(const Plan& plan, const catalog::Catalog& catalog)
       const int side = nodes_of_block(ground_level(plan));
       cv::Mat cells(side, side, codes.type());
       catalog.read(record, {cells.ptr<uint8_t>(), record.length});
-      const cv::Point corner(int(int64_t(block.x) * side - nodes_.column), int(-int64_t(block.y + 1) * side - nodes_.row));
+      const cv::Point corner(int(int64_t(block.x) * side - nodes_.column),
+                             int(-int64_t(block.y + 1) * side - nodes_.row));
       const cv::Rect inside = cv::Rect(corner, cells.size()) & map;
       if (inside.empty()) continue;
       cv::Mat there = codes(inside).reshape(1), here = cells(inside - corner).clone().reshape(1);
@@ -181,9 +182,8 @@ std::optional<double> GroundMap::share(Ground ground, double east_m, double nort
   const int reach = std::max(0, int(std::lround((side_m / node_m - 1) / 2)));
   const cv::Point middle(int(std::floor(east_m / node_m) - double(nodes_.column)),
                          int(std::floor(-north_m / node_m) - double(nodes_.row)));
-  const cv::Rect square =
-      cv::Rect(middle.x - reach, middle.y - reach, 2 * reach + 1, 2 * reach + 1) &
-      cv::Rect(0, 0, int(nodes_.width), int(nodes_.height));
+  const cv::Rect square = cv::Rect(middle.x - reach, middle.y - reach, 2 * reach + 1, 2 * reach + 1) &
+                          cv::Rect(0, 0, int(nodes_.width), int(nodes_.height));
   if (square.empty()) return std::nullopt;
   const auto sum = [&](const cv::Mat_<double>& s) {
     return s(square.br()) - s(square.y, square.br().x) - s(square.br().y, square.x) + s(square.tl());

@@ -1,5 +1,6 @@
 #include "builder/map_features.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
@@ -15,6 +16,7 @@
 #include "builder/catalog/hash.h"
 #include "builder/export/vector_layers.h"
 #include "builder/ground_cover.h"
+#include "builder/landmarks/broad_regions.h"
 #include "builder/landmarks/extraction.h"
 #include "builder/landmarks/fusion.h"
 #include "builder/landmarks/preference.h"
@@ -32,11 +34,16 @@ using catalog::FinishedTile;
 using landmarks::RoadPlace;
 using schema::TileRecord;
 
-static_assert(landmarks::kLandmarkGsd_m == 1 && landmarks::kRoadGsd_m == 1, "the pixels of kFeatureLevel");
-
 // Names in the journal; no layer of a pack can have them.
 constexpr char kFoundLandmarks[] = "found/landmarks", kFoundRoads[] = "found/roads", kFoundImage[] = "found/image";
+constexpr char kFoundView[] = "found/view/";  // and the index of the epoch
 constexpr int kBlockLevel = kFeatureLevel + layers::kBlockLog2;
+constexpr int kViewLevel = kFeatureLevel + 2;  // of broad views
+constexpr int kMostWindows = 2;                // looked at together: 350 MB each
+
+static_assert(landmarks::kLandmarkGsd_m == 1 && landmarks::kRoadGsd_m == 1, "the pixels of kFeatureLevel");
+static_assert(landmarks::kBroadStep_px == 1 << (kViewLevel - kFeatureLevel), "those of kViewLevel");
+static_assert(landmarks::kBroadWindow_px == tiles::kTilePixels << (tiles::kVectorLevel - kViewLevel), "a vector tile");
 
 // A landmarks::Sighting in the journal: bytes without gaps.
 struct StoredSighting {
@@ -48,7 +55,7 @@ struct StoredSighting {
 static_assert(sizeof(StoredSighting) == 40);
 
 template <typename Stored>
-FinishedTile journal_tile(const char* name, const tiles::TileIndex& tile, const std::vector<Stored>& items) {
+FinishedTile journal_tile(const std::string& name, const tiles::TileIndex& tile, const std::vector<Stored>& items) {
   FinishedTile out{name, tile.level, {}, std::vector<uint8_t>(items.size() * sizeof(Stored)), {}};
   if (!items.empty()) std::memcpy(out.data.data(), items.data(), out.data.size());
   out.record.key = tiles::hilbert_key(tile);
@@ -84,10 +91,14 @@ features::GridImage image_of(const ingest::Stack& stack, const tiles::PixelRect&
   return {newest.pixels, newest.owner > 0, rect.west_m(), rect.north_m(), tiles::gsd_of(rect.level)};
 }
 
-// `covers`: what the pixels of the core are taken for, on every date that shows any.
-std::vector<StoredSighting> find_sightings(const Plan& plan, const ingest::Stack& images, const tiles::PixelRect& rect,
-                                           const cv::Rect& core, std::vector<cv::Mat>& covers) {
+std::string view_of(size_t epoch) { return kFoundView + std::to_string(epoch); }
+
+// Landmarks of all epochs, the broad view of each, and what covers the ground where navigability asks for it.
+std::vector<FinishedTile> find_sightings(const Plan& plan, const ingest::Stack& images, const tiles::PixelRect& rect,
+                                         const cv::Rect& core, const tiles::TileIndex& block) {
   std::vector<StoredSighting> out;
+  std::vector<FinishedTile> views;
+  std::vector<cv::Mat> covers;
   std::vector<features::GridImage> shown;
   for (const ingest::Epoch& epoch : images.epochs)
     shown.push_back(image_of({images.rect, {epoch}}, rect, channels_of(plan.images->epochs()[epoch.index])));
@@ -98,7 +109,13 @@ std::vector<StoredSighting> find_sightings(const Plan& plan, const ingest::Stack
   };
   for (size_t i = 0; i < shown.size(); ++i) {
     if (shown[i].pixels.empty()) continue;
-    for (const landmarks::Extracted& found : landmarks::find_landmarks(shown[i], core, *plan.object_model, &covers.emplace_back())) {
+    cv::Mat view, *cover = plan.footprints.empty() ? nullptr : &covers.emplace_back();
+    const std::vector<landmarks::Extracted> all =
+        landmarks::find_landmarks(shown[i], core, *plan.object_model, &view, cover);
+    if (!view.empty())
+      views.push_back(
+          journal_tile(view_of(images.epochs[i].index), block, std::vector<uint8_t>(view.datastart, view.dataend)));
+    for (const landmarks::Extracted& found : all) {
       const tiles::Landmark& m = found.landmark;
       const auto chances = uint16_t(std::ranges::count_if(shown, [&](const auto& image) { return shows(image, m); }));
       const bool is_newest =
@@ -116,7 +133,9 @@ std::vector<StoredSighting> find_sightings(const Plan& plan, const ingest::Stack
                      {}});
     }
   }
-  return out;
+  views.push_back(journal_tile(kFoundLandmarks, block, out));
+  if (!plan.footprints.empty()) views.push_back(describe_covers(block, covers));
+  return views;
 }
 
 std::vector<landmarks::Sighting> sightings_of(const Catalog& catalog) {
@@ -149,13 +168,124 @@ exporter::EpochsOfTile epochs_by_tile(const Catalog& catalog) {
   };
 }
 
+using Records = std::map<uint64_t, TileRecord>;  // by key
+
+Records records_of(const Catalog& catalog, const std::string& name) {
+  Records out;
+  for (const TileRecord& record : catalog.tiles(name, kBlockLevel)) out.emplace(record.key, record);
+  return out;
+}
+
+// Pixels that blocks left in the journal.
+class FoundPixels {
+ public:
+  FoundPixels(const Catalog& catalog, const Records& records, int level, int channels)
+      : catalog_(catalog), records_(records), level_(level), channels_(channels) {}
+
+  /// Those of a rectangle of their level, 0 where there is no data.
+  cv::Mat read(const tiles::PixelRect& rect) {
+    cv::Mat out = cv::Mat::zeros(int(rect.height), int(rect.width), CV_8UC(channels_));
+    const tiles::TileRange range = blocks_of(rect);
+    for (int32_t y = range.y_min; y <= range.y_max; ++y) {
+      for (int32_t x = range.x_min; x <= range.x_max; ++x) {
+        const tiles::TileIndex block{kBlockLevel, x, y};
+        const cv::Mat& pixels = page(block);
+        if (pixels.empty()) continue;
+        const tiles::PixelRect whole = layers::pixels_of(block, level_);
+        const tiles::PixelRect common = layers::intersection(rect, whole);
+        pixels(layers::region_of(common, whole)).copyTo(out(layers::region_of(common, rect)));
+      }
+    }
+    return out;
+  }
+
+ private:
+  static constexpr size_t kMostPages = 16;  // 50 MB
+
+  static tiles::TileRange blocks_of(const tiles::PixelRect& rect) {
+    tiles::TileRange range = tiles::tiles_of(rect);
+    for (int32_t* i : {&range.x_min, &range.x_max, &range.y_min, &range.y_max}) *i >>= kBlockLevel - rect.level;
+    return range;
+  }
+
+  const cv::Mat& page(const tiles::TileIndex& block) {
+    const uint64_t key = tiles::hilbert_key(block);
+    if (const auto found = pages_.find(key); found != pages_.end()) return found->second;
+    if (pages_.size() >= kMostPages) pages_.clear();  // what is asked for next lies close by: few come back
+    cv::Mat& pixels = pages_[key];
+    const auto record = records_.find(key);
+    if (record == records_.end()) return pixels;
+    const int side = tiles::kTilePixels << (kBlockLevel - level_);
+    pixels.create(side, side, CV_8UC(channels_));
+    catalog_.read(record->second, {pixels.ptr<uint8_t>(), record->second.length});
+    return pixels;
+  }
+
+  const Catalog& catalog_;
+  const Records& records_;
+  const int level_, channels_;
+  std::map<uint64_t, cv::Mat> pages_;
+};
+
+// Broad landmarks of all epochs with their middle in one vector tile.
+std::vector<landmarks::Sighting> find_broad_in(const Plan& plan, const Catalog& catalog,
+                                               const std::vector<Records>& seen, const tiles::TileIndex& tile) {
+  const tiles::PixelRect inner = layers::pixels_of(tile, kViewLevel);
+  const tiles::PixelRect rect = layers::grown(inner, landmarks::kBroadHalo_px);
+  std::vector<features::GridImage> views;
+  for (size_t epoch = 0; epoch < seen.size(); ++epoch) {
+    const int channels = landmarks::broad_channels(channels_of(plan.images->epochs()[epoch]));
+    views.push_back({FoundPixels(catalog, seen[epoch], kViewLevel, channels).read(rect),
+                     {},
+                     rect.west_m(),
+                     rect.north_m(),
+                     tiles::gsd_of(kViewLevel)});
+  }
+  const auto shows = [](const features::GridImage& view, const tiles::Landmark& m) {
+    const cv::Point at(int(std::lround(view.column_of(m.east_m))), int(std::lround(view.row_of(m.north_m))));
+    return cv::Rect({}, view.pixels.size()).contains(at) && view.pixels.ptr(at.y, at.x)[0] == 255;
+  };
+  std::vector<landmarks::Sighting> out;
+  for (size_t epoch = 0; epoch < views.size(); ++epoch) {
+    for (const landmarks::Extracted& e : landmarks::find_broad(views[epoch], layers::region_of(inner, rect))) {
+      const auto shown = [&](const features::GridImage& view) { return shows(view, e.landmark); };
+      const auto chances = std::ranges::count_if(views, shown);
+      const bool is_newest = std::none_of(views.begin(), views.begin() + std::ptrdiff_t(epoch), shown);
+      out.push_back({e.landmark, uint16_t(epoch), uint16_t(std::max(chances, std::ptrdiff_t(1))), is_newest});
+    }
+  }
+  return out;
+}
+
+std::vector<tiles::Landmark> broad_of(const Plan& plan, const Catalog& catalog) {
+  if (!plan.find_landmarks) return {};
+  std::set<uint64_t> keys;  // of vector tiles that show anything
+  for (const TileRecord& record : catalog.tiles(kFoundLandmarks, kBlockLevel))
+    keys.insert(record.key >> 2 * (tiles::kVectorLevel - kBlockLevel));
+  const std::vector<uint64_t> windows(keys.begin(), keys.end());
+  std::vector<Records> seen;  // of every epoch
+  for (size_t epoch = 0; epoch < plan.images->epochs().size(); ++epoch)
+    seen.push_back(records_of(catalog, view_of(epoch)));
+  std::vector<std::vector<landmarks::Sighting>> found(windows.size());
+  tbb::task_arena(kMostWindows).execute([&] {
+    tbb::parallel_for(size_t(0), windows.size(), [&](size_t i) {
+      found[i] = find_broad_in(plan, catalog, seen, tiles::tile_of_key(tiles::kVectorLevel, windows[i]));
+    });
+  });
+  std::vector<landmarks::Sighting> all;
+  for (const std::vector<landmarks::Sighting>& some : found) all.insert(all.end(), some.begin(), some.end());
+  return landmarks::fuse_epochs(landmarks::without_covered(all));
+}
+
 std::vector<tiles::Landmark> landmarks_of(const Plan& plan, const Catalog& catalog, const tiles::RoadGraph& roads) {
-  std::vector<tiles::Landmark> found = landmarks::fuse_epochs(sightings_of(catalog));
-  std::erase_if(found,
-                [&](const tiles::Landmark& m) { return !plan.description.bounds.contains(m.east_m, m.north_m); });
-  landmarks::drop_on_roads(found, roads);
   std::vector<tiles::Landmark> all = plan.known.landmarks;
-  landmarks::add_new(all, found, landmarks::kSamePlace_m);
+  // Broad ones first: what else is found in a field is a piece of it.
+  for (std::vector<tiles::Landmark> found : {broad_of(plan, catalog), landmarks::fuse_epochs(sightings_of(catalog))}) {
+    std::erase_if(found,
+                  [&](const tiles::Landmark& m) { return !plan.description.bounds.contains(m.east_m, m.north_m); });
+    landmarks::drop_on_roads(found, roads);
+    landmarks::add_new(all, found, landmarks::kSamePlace_m);
+  }
   tiles::measure_distinctiveness(all, tiles::kDistinctRadius_m);
   return all;
 }
@@ -171,61 +301,6 @@ std::vector<FinishedTile> find_places(const Plan& plan, const features::GridImag
           journal_tile(kFoundImage, block, std::vector<uint8_t>(shown.datastart, shown.dataend))};
 }
 
-// The image that roads were found in, block by block from the journal; the pixels of the map, row 0 in the north.
-class FoundImage {
- public:
-  FoundImage(const Catalog& catalog, const tiles::PixelRect& map, int channels)
-      : catalog_(catalog), map_(map), channels_(channels) {
-    for (const TileRecord& record : catalog.tiles(kFoundImage, kBlockLevel)) records_.emplace(record.key, record);
-  }
-
-  /// A part of it, 0 where there is no data.
-  cv::Mat read(const cv::Rect& part) {
-    cv::Mat out = cv::Mat::zeros(part.size(), CV_8UC(channels_));
-    const tiles::PixelRect rect{kFeatureLevel, map_.column + part.x, map_.row + part.y, part.width, part.height};
-    const tiles::TileRange range = blocks_of(rect);
-    for (int32_t y = range.y_min; y <= range.y_max; ++y) {
-      for (int32_t x = range.x_min; x <= range.x_max; ++x) {
-        const tiles::TileIndex block{kBlockLevel, x, y};
-        const cv::Mat& pixels = page(block);
-        if (pixels.empty()) continue;
-        const tiles::PixelRect whole = layers::pixels_of(block, kFeatureLevel);
-        const tiles::PixelRect common = layers::intersection(rect, whole);
-        pixels(layers::region_of(common, whole)).copyTo(out(layers::region_of(common, rect)));
-      }
-    }
-    return out;
-  }
-
- private:
-  static constexpr int kSide = tiles::kTilePixels << layers::kBlockLog2;
-  static constexpr size_t kMostPages = 16;  // 50 MB
-
-  static tiles::TileRange blocks_of(const tiles::PixelRect& rect) {
-    tiles::TileRange range = tiles::tiles_of(rect);
-    for (int32_t* i : {&range.x_min, &range.x_max, &range.y_min, &range.y_max}) *i >>= layers::kBlockLog2;
-    return range;
-  }
-
-  const cv::Mat& page(const tiles::TileIndex& block) {
-    const uint64_t key = tiles::hilbert_key(block);
-    if (const auto found = pages_.find(key); found != pages_.end()) return found->second;
-    if (pages_.size() >= kMostPages) pages_.clear();  // what is asked for next lies close by: few come back
-    cv::Mat& pixels = pages_[key];
-    const auto record = records_.find(key);
-    if (record == records_.end()) return pixels;
-    pixels.create(kSide, kSide, CV_8UC(channels_));
-    catalog_.read(record->second, {pixels.ptr<uint8_t>(), record->second.length});
-    return pixels;
-  }
-
-  const Catalog& catalog_;
-  const tiles::PixelRect map_;
-  const int channels_;
-  std::map<uint64_t, TileRecord> records_;
-  std::map<uint64_t, cv::Mat> pages_;
-};
-
 tiles::RoadGraph roads_of(const Plan& plan, const Catalog& catalog) {
   if (!plan.find_roads) return plan.known.roads;
   const tiles::PixelRect map = ingest::pixels_covering(plan.description.bounds, kFeatureLevel);
@@ -234,8 +309,12 @@ tiles::RoadGraph roads_of(const Plan& plan, const Catalog& catalog) {
   for (RoadPlace& p : places) p.x -= int32_t(map.column), p.y -= int32_t(map.row);
   const cv::Size size(int(map.width), int(map.height));
   std::erase_if(places, [&](const RoadPlace& p) { return !cv::Rect({}, size).contains({p.x, p.y}); });
-  FoundImage image(catalog, map, road_channels(plan));
-  landmarks::RoadEvidence evidence([&](const cv::Rect& part) { return image.read(part); }, size, *plan.road_model);
+  const Records records = records_of(catalog, kFoundImage);
+  FoundPixels image(catalog, records, kFeatureLevel, road_channels(plan));
+  const auto read = [&](const cv::Rect& part) {
+    return image.read({kFeatureLevel, map.column + part.x, map.row + part.y, part.width, part.height});
+  };
+  landmarks::RoadEvidence evidence(read, size, *plan.road_model);
   return landmarks::link_roads(places, size, std::ref(evidence),
                                {map.west_m(), map.north_m(), tiles::gsd_of(kFeatureLevel)});
 }
@@ -254,10 +333,7 @@ std::vector<FinishedTile> find_features(const Plan& plan, const ingest::Stack& i
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_invoke(
         [&] {
-          if (!plan.find_landmarks) return;
-          std::vector<cv::Mat> covers;
-          of_landmarks.push_back(journal_tile(kFoundLandmarks, block, find_sightings(plan, images, rect, core, covers)));
-          if (!plan.footprints.empty()) of_landmarks.push_back(describe_covers(block, covers));
+          if (plan.find_landmarks) of_landmarks = find_sightings(plan, images, rect, core, block);
         },
         [&] {
           if (plan.find_roads)

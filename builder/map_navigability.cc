@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -51,8 +52,8 @@ Dates dates_in(const ingest::Stack& images, const tiles::PixelRect& rect) {
     const cv::Mat valid = epoch.valid(region);
     if (cv::countNonZero(valid) == 0) continue;
     // Of two bands no matcher makes anything.
-    const cv::Mat bands = epoch.roles.size() == 2 ? layers::newest({images.rect, {epoch}}, seen, 1).pixels
-                                                  : epoch.bands(region);
+    const cv::Mat bands =
+        epoch.roles.size() == 2 ? layers::newest({images.rect, {epoch}}, seen, 1).pixels : epoch.bands(region);
     out.images.push_back({bands, valid, seen.west_m(), seen.north_m(), tiles::gsd_of(seen.level)});
     out.days.push_back(nav::day_of(epoch.date.c_str()));
   }
@@ -63,8 +64,7 @@ uint16_t reasons_of(const Predictors& p) {
   unsigned out = 0;
   const auto say = [&](Reason reason, bool is_so) { out |= unsigned(is_so) << unsigned(reason); };
   say(Reason::kUniform, p.structure < kUniformStructure);
-  say(Reason::kRepeats,
-      p.look_alike && p.look_alike->strength >= kStrongRival && p.structure >= kUniformStructure);
+  say(Reason::kRepeats, p.look_alike && p.look_alike->strength >= kStrongRival && p.structure >= kUniformStructure);
   say(Reason::kNoData, p.coverage < kWholeView);
   say(Reason::kDatesDisagree, p.dates > 1 && p.mean_logit < kDisagreement && p.found > 0);
   say(Reason::kOneDate, p.dates == 1);

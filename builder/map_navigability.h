@@ -2,13 +2,14 @@
 // matchers that fly. navigability_layers.h makes layers of it.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
 #include "builder/catalog/catalog.h"
 #include "builder/ingest/image_set.h"
 #include "builder/plan.h"
+#include "runtime/nav/matcher.h"
+#include "tiles/codec.h"
 #include "tiles/navigability.h"
 
 namespace landfix {

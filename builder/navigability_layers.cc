@@ -31,10 +31,10 @@ using tiles::Footprint;
 using tiles::Navigability;
 using tiles::Reason;
 
-constexpr double kMuch = 0.5;            // of a view, of water or wood
-constexpr double kMuchShadow = 0.25;     // the rest lies beside it
+constexpr double kMuch = 0.5;               // of a view, of water or wood
+constexpr double kMuchShadow = 0.25;        // the rest lies beside it
 constexpr double kStrongRelief = 1.0 / 12;  // of the view's side: standard deviation of its heights
-constexpr int kHeightLevel = 4;          // at which heights are looked at
+constexpr int kHeightLevel = 4;             // at which heights are looked at
 
 // The nodes of a tile, rows from the north.
 struct Places {
@@ -236,7 +236,8 @@ void for_each_node(const Catalog& catalog, const TileRecord& record, Visit visit
   catalog.read(record, data);
   if (!tiles::decode(tiles::Codec(record.codec), kNavigabilityFormat, data, pixels)) return;
   for (size_t i = 0; i < pixels.size(); i += tiles::kNavigabilityChannels)
-    if (const auto place = tiles::decode_navigability(std::span(pixels).subspan(i, tiles::kNavigabilityChannels))) visit(*place);
+    if (const auto place = tiles::decode_navigability(std::span(pixels).subspan(i, tiles::kNavigabilityChannels)))
+      visit(*place);
 }
 
 }  // namespace

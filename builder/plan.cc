@@ -10,9 +10,9 @@
 #include "builder/error.h"
 #include "builder/export/vector_layers.h"
 #include "builder/file_bytes.h"
+#include "builder/ground_cover.h"
 #include "builder/hex.h"
 #include "builder/ingest/geoid.h"
-#include "builder/ground_cover.h"
 #include "builder/ingest/zone.h"
 #include "builder/layers/registry.h"
 #include "builder/layers/window.h"
@@ -261,11 +261,11 @@ void add_footprint(const tiles::Footprint& f, Plan& plan) {
   if (std::ranges::count(plan.footprints, f) > 0) return;
   const int level = matched_level(f, plan.image_level);
   if (tiles::gsd_of(level) * kCoarsestView_px > f.template_m)
-    throw Error(ExitCode::kUsage,
-                fmt::format("--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m "
-                            "or more",
-                            f.template_m, f.search_m, f.template_m, kCoarsestView_px,
-                            tiles::gsd_of(level) * kCoarsestView_px));
+    throw Error(
+        ExitCode::kUsage,
+        fmt::format("--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m "
+                    "or more",
+                    f.template_m, f.search_m, f.template_m, kCoarsestView_px, tiles::gsd_of(level) * kCoarsestView_px));
   plan.footprints.push_back(f);
   plan.description.layers.push_back(navigability_layer(f));
   plan.sources[plan.image_level];

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "builder/error.h"
+#include "builder/landmarks/broad_regions.h"
 #include "builder/landmarks/orientation.h"
 #include "builder/landmarks/outline.h"
 
@@ -139,7 +140,7 @@ std::vector<Chosen> choose_regions(const ObjectScene& scene, LandmarkClass cls, 
 }
 
 std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv::Rect& core, const ObjectModel& model,
-                                      cv::Mat* covers) {
+                                      cv::Mat* view, cv::Mat* covers) {
   if (covers) *covers = cv::Mat(core.size(), CV_8U, cv::Scalar(kNoCover));
   if (image.pixels.type() != CV_8UC1 && image.pixels.type() != CV_8UC3)
     throw Error(ExitCode::kInternal, "landmarks are found in images of 8 bits, gray or red, green, blue");
@@ -150,6 +151,7 @@ std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv
   const ObjectModel::Part& part = image.pixels.channels() == 3 ? model.colour : model.gray;
   const ObjectScene scene = look_at(seen.pixels, seen.valid, part.covers);
   const cv::Rect middle(kLandmarkHalo_px, kLandmarkHalo_px, inside.width, inside.height);
+  if (view) *view = broad_view(scene, seen.pixels, middle);
   if (covers) {
     cv::Mat known = (*covers)(inside - core.tl());
     likeliest_covers(scene, middle).copyTo(known, scene.valid(middle));
@@ -177,13 +179,20 @@ std::vector<Extracted> extract_landmarks(const features::GridImage& image, const
   for (int y = 0; y < image.pixels.rows; y += kBlock_px)
     for (int x = 0; x < image.pixels.cols; x += kBlock_px) blocks.emplace_back(x, y, kBlock_px, kBlock_px);
   std::vector<std::vector<Extracted>> found(blocks.size());
+  features::GridImage broad{{}, {}, image.west_m, image.north_m, kBroadGsd_m};
+  broad.pixels = cv::Mat::zeros(image.pixels.size() / kBroadStep_px, CV_8UC(broad_channels(image.pixels.channels())));
   tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
   arena.execute([&] {
-    tbb::parallel_for(size_t(0), blocks.size(), [&](size_t i) { found[i] = find_landmarks(image, blocks[i], model); });
+    tbb::parallel_for(size_t(0), blocks.size(), [&](size_t i) {
+      cv::Mat view;
+      found[i] = find_landmarks(image, blocks[i], model, &view);
+      if (!view.empty()) view.copyTo(broad.pixels(cv::Rect(blocks[i].tl() / kBroadStep_px, view.size())));
+    });
   });
-  std::vector<Extracted> out;
+  std::vector<Extracted> all;
   for (std::vector<Extracted>& some : found)
-    for (Extracted& e : some) out.push_back(std::move(e));
+    for (Extracted& e : some) all.push_back(std::move(e));
+  std::vector<Extracted> out = with_broad(find_all_broad(broad), std::move(all));
   std::vector<Landmark> landmarks;
   for (const Extracted& e : out) landmarks.push_back(e.landmark);
   tiles::measure_distinctiveness(landmarks, tiles::kDistinctRadius_m);

@@ -19,19 +19,21 @@ inline constexpr double kLeastConfidence = 0.3;
 
 struct Extracted {
   tiles::Landmark landmark;          ///< its distinctiveness and epochs are not measured
-  std::vector<cv::Point2d> outline;  ///< grid east and north, of buildings; empty where there is none
+  std::vector<cv::Point2d> outline;  ///< grid east and north, of buildings and what find_broad finds; else empty
 };
 
 /// The landmarks of an image (CV_8UC1, or CV_8UC3 red, green, blue; kLandmarkGsd_m per pixel) with their middle in
 /// `core`, in the order of their class, then from north to south. What lies at the image's rim or beside pixels without
 /// data is not seen whole and left out. The same for the same core however much more than kLandmarkHalo_px around it
 /// the image shows, and together the same however a map is cut into cores. Throws Error (kInternal) for another type.
-/// `covers`, where it is given, becomes the likeliest cover of each pixel of the core, kNoCover where there is no data.
+/// `view`, where given, gets the broad_view (broad_regions.h) of the part of `core` within the image, from the first
+/// whole square of its corner on; it stays empty where there are no data. `covers`, where given, becomes the likeliest
+/// cover of each pixel of `core`, kNoCover where there are no data.
 std::vector<Extracted> find_landmarks(const features::GridImage& image, const cv::Rect& core, const ObjectModel& model,
-                                      cv::Mat* covers = nullptr);
+                                      cv::Mat* view = nullptr, cv::Mat* covers = nullptr);
 
-/// The landmarks of a whole image, found block by block; their distinctiveness is measured. The same whatever the
-/// number of threads (0: all cores).
+/// The landmarks of a whole image, found block by block, broad ones (broad_regions.h) first; their distinctiveness is
+/// measured. The same whatever the number of threads (0: all cores).
 std::vector<Extracted> extract_landmarks(const features::GridImage& image, const ObjectModel& model, int threads = 0);
 
 /// Regions that were chosen as landmarks, with the score of ObjectModel::Part::whole; of training, too.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "builder/landmarks/preference.h"
 #include "builder/point_grid.h"
 
 namespace landfix::landmarks {
@@ -12,6 +13,7 @@ namespace {
 using tiles::Landmark;
 
 constexpr double kSameShare = 0.25, kSameSize = 2, kGridSide_m = 32;
+constexpr double kLongest_m = 724;  // a tile keeps none longer
 
 double reach_of(const Landmark& m) { return std::max(kSamePlace_m, kSameShare * m.length_m); }
 
@@ -43,7 +45,7 @@ Landmark fused(const Object& object) {
     east += m.confidence * (m.east_m - origin.east_m);
     north += m.confidence * (m.north_m - origin.north_m);
     chances = std::max(chances, double(s->chances));
-    if (s->is_newest) newest = m.confidence;
+    if (s->is_newest && m.cls != tiles::LandmarkClass::kField) newest = m.confidence;
   }
   if (weight > 0) out.east_m = origin.east_m + east / weight, out.north_m = origin.north_m + north / weight;
   out.confidence = std::max(newest, weight / std::max(chances, double(object.views.size())));
@@ -81,6 +83,23 @@ std::vector<Landmark> fuse_epochs(std::vector<Sighting> sightings) {
   for (const Object& object : objects)
     if (const Landmark m = fused(object); m.confidence >= kLeastConfidence) out.push_back(m);
   std::ranges::sort(out, {}, [](const Landmark& m) { return std::tuple(m.north_m, m.east_m, m.cls, m.length_m); });
+  return out;
+}
+
+std::vector<Sighting> without_covered(const std::vector<Sighting>& sightings) {
+  std::vector<Sighting> out;
+  PointGrid grid(kLongest_m);
+  for (const Sighting& s : sightings) {
+    bool is_covered = false;
+    grid.within(place_of(s.landmark), kLongest_m, [&](const cv::Point2d&, int id) {
+      const Sighting& other = out[size_t(id)];
+      is_covered = is_covered || (other.epoch == s.epoch && other.landmark.cls == s.landmark.cls &&
+                                  covers(other.landmark, s.landmark));
+    });
+    if (is_covered) continue;
+    grid.add(place_of(s.landmark), int(out.size()));
+    out.push_back(s);
+  }
   return out;
 }
 

@@ -24,9 +24,14 @@ struct Sighting {
 /// Joins what the dates show of one object: of the same class, of a size within a factor of 2, nearest of all and no
 /// farther apart than kSamePlace_m or a quarter of the length. Position is the mean by confidence; size and orientation
 /// are those of the surest view; `epochs_seen` counts the views. Confidence is the mean over all dates that had the
-/// chance to see it, 0 where they do not, or that of the newest if it is greater: a house may be new. Those below
+/// chance to see it, 0 where they do not, or that of the newest if it is greater: a house may be new
+/// (not of fields: they are laid out anew every year, and what one date alone shows is weak). Those below
 /// kLeastConfidence are dropped. The same landmarks whatever the order of the sightings, ordered by place.
 std::vector<tiles::Landmark> fuse_epochs(std::vector<Sighting> sightings);
+
+/// Leaves out what has its centre in the rectangle of one before it, of the same date and class: broad landmarks on the
+/// seam of two windows.
+std::vector<Sighting> without_covered(const std::vector<Sighting>& sightings);
 
 /// Removes buildings that stand in the middle of a likely road (confidence 0.5 or more), nearer to its centreline than
 /// a third of its width: between the shadows of trees a piece of road looks like a roof.

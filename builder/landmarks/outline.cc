@@ -41,18 +41,6 @@ double direction_of(const features::FourfoldGradient& g, const Region& r, const 
   return std::remainder(double(rect.angle) * std::numbers::pi / 180, std::numbers::pi / 2);
 }
 
-// The region's boundary in its box as a polygon along pixel edges, simplified.
-std::vector<cv::Point> boundary_of(const Region& r) {
-  cv::Mat corners = cv::Mat::zeros(r.box.height + 1, r.box.width + 1, CV_8U);
-  for (const cv::Point shift : {cv::Point(0, 0), cv::Point(1, 0), cv::Point(0, 1), cv::Point(1, 1)})
-    corners(cv::Rect(shift, r.box.size())) |= r.mask;
-  std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(corners, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  std::vector<cv::Point> out;
-  cv::approxPolyDP(contours.front(), out, kSteps_px, true);
-  return out;
-}
-
 // Whether any side runs along the direction or across it.
 bool follows(const std::vector<cv::Point>& boundary, double direction) {
   for (size_t i = 0; i < boundary.size(); ++i) {
@@ -111,7 +99,7 @@ Shape rectangle_along(const std::vector<cv::Point2d>& points, double direction) 
 
 Shape shape_in_box(const Region& region, const features::FourfoldGradient& gradient) {
   const cv::RotatedRect rect = rectangle_of(region);
-  const std::vector<cv::Point> boundary = boundary_of(region);
+  const std::vector<cv::Point> boundary = boundary_of(region, kSteps_px);
   const std::vector<cv::Point2d> corners(boundary.begin(), boundary.end());
   if (region.cls != tiles::LandmarkClass::kBuilding)
     return rectangle_along(corners, double(rect.angle) * std::numbers::pi / 180);
@@ -129,6 +117,17 @@ Shape shape_in_box(const Region& region, const features::FourfoldGradient& gradi
 }
 
 }  // namespace
+
+std::vector<cv::Point> boundary_of(const Region& r, double tolerance_px) {
+  cv::Mat corners = cv::Mat::zeros(r.box.height + 1, r.box.width + 1, CV_8U);
+  for (const cv::Point shift : {cv::Point(0, 0), cv::Point(1, 0), cv::Point(0, 1), cv::Point(1, 1)})
+    corners(cv::Rect(shift, r.box.size())) |= r.mask;
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(corners, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  std::vector<cv::Point> out;
+  cv::approxPolyDP(contours.front(), out, tolerance_px, true);
+  return out;
+}
 
 Shape shape_of(const Region& region, const features::FourfoldGradient& gradient) {
   Shape out = shape_in_box(region, gradient);

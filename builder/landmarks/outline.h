@@ -21,4 +21,7 @@ struct Shape {
 /// `gradient`: of the scene.
 Shape shape_of(const Region& region, const features::FourfoldGradient& gradient);
 
+/// The boundary of a region along pixel edges, in pixels of its box, simplified to within a tolerance.
+std::vector<cv::Point> boundary_of(const Region& region, double tolerance_px);
+
 }  // namespace landfix::landmarks

@@ -23,15 +23,19 @@ Box around(const Landmark& m, double least_m) {
 }
 
 bool is_the_same(const Landmark& m, const Landmark& other, double reach_m) {
+  const bool is_near = std::hypot(other.east_m - m.east_m, other.north_m - m.north_m) < reach_m;
+  return m.cls == other.cls && (is_near || covers(m, other));
+}
+
+}  // namespace
+
+bool covers(const Landmark& m, const Landmark& other) {
   const double east_m = other.east_m - m.east_m, north_m = other.north_m - m.north_m;
   const double direction = std::isnan(m.orientation_rad) ? 0 : m.orientation_rad;
   const double along_m = east_m * std::sin(direction) + north_m * std::cos(direction);
   const double across_m = east_m * std::cos(direction) - north_m * std::sin(direction);
-  const bool is_inside = 2 * std::abs(along_m) <= m.length_m && 2 * std::abs(across_m) <= m.width_m;
-  return m.cls == other.cls && (is_inside || std::hypot(east_m, north_m) < reach_m);
+  return 2 * std::abs(along_m) <= m.length_m && 2 * std::abs(across_m) <= m.width_m;
 }
-
-}  // namespace
 
 void add_new(std::vector<Landmark>& landmarks, std::span<const Landmark> more, double reach_m) {
   std::vector<Entry> entries;

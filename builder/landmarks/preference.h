@@ -8,6 +8,9 @@
 
 namespace landfix::landmarks {
 
+/// Whether the centre of `other` lies in the rectangle of `m`.
+bool covers(const tiles::Landmark& m, const tiles::Landmark& other);
+
 /// Appends to `landmarks` those of `more` whose centre lies in the rectangle of none of the same class that was there
 /// before the call, nor within `reach_m` of its centre: what is known of a place already is preferred. Those of `more`
 /// do not exclude each other.

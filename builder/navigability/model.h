@@ -13,9 +13,9 @@ namespace landfix::navigability {
 /// (tiles::kTypicalAgeYears).
 double fix_probability(const Predictors& predictors, nav::Method method = nav::Method::kOrientation);
 
-/// Chance that a match by `auto` at a place passes the standard gate and is false: one miss in ten does, rounded up from
-/// what was measured on real images. `fix`: chance of a true one. The gate promises one false fix in a hundred over all
-/// places, not at each.
+/// Chance that a match by `auto` at a place passes the standard gate and is false: one miss in ten does, rounded up
+/// from what was measured on real images. `fix`: chance of a true one. The gate promises one false fix in a hundred
+/// over all places, not at each.
 double false_fix_probability(double fix);
 
 /// Covariance of a true fix's error, row-major over (east, north), in m²: that of the matches between the dates,

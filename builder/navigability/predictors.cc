@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -162,7 +163,8 @@ struct Witness::State {
     Structure structure;
     /// Of all other dates, or of this one where there is no other; registrars point to them.
     std::optional<nav::ImageMap> fused, newest;
-    std::array<std::unique_ptr<nav::Registrar>, std::size(nav::kMethods)> registrars;  ///< by method; null: not asked for
+    std::array<std::unique_ptr<nav::Registrar>, std::size(nav::kMethods)>
+        registrars;  ///< by method; null: not asked for
 
     Date(const GridImage& image, std::span<const GridImage> others, std::span<const nav::Method> methods)
         : camera(seen_by_camera(image)), structure(image) {
@@ -237,7 +239,8 @@ void Witness::State::match(Date& date, nav::Method method, const cv::Point& corn
   }
 }
 
-Witness::Witness(std::span<const GridImage> dates, std::span<const nav::Method> methods) : state_(std::make_unique<State>()) {
+Witness::Witness(std::span<const GridImage> dates, std::span<const nav::Method> methods)
+    : state_(std::make_unique<State>()) {
   if (dates.empty()) throw std::invalid_argument("navigability: no image to judge by");
   for (const GridImage& image : dates)
     if (image.pixels.size() != dates[0].pixels.size() || image.gsd_m != dates[0].gsd_m ||

@@ -66,8 +66,7 @@ class Witness {
   /// what a camera would see are the first three of four channels. `methods`: that places can be judged by; maps are
   /// made as builds make them, orientation fused over the dates, all else from the newest that shows a pixel. Throws
   /// std::invalid_argument for no image or images of different shapes.
-  explicit Witness(std::span<const features::GridImage> dates,
-                   std::span<const nav::Method> methods = kOrientationOnly);
+  explicit Witness(std::span<const features::GridImage> dates, std::span<const nav::Method> methods = kOrientationOnly);
   ~Witness();
   Witness(Witness&&) noexcept;
   Witness& operator=(Witness&&) noexcept;

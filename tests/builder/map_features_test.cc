@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <opencv2/imgproc.hpp>
 #include <span>
 
 #include "builder/build.h"
@@ -110,6 +111,30 @@ TEST_F(MapFeatures, BuildingsOfTheWorldAreInThePack) {
     });
   }
   EXPECT_GE(double(right), 0.8 * double(buildings));
+}
+
+// Fields beyond what find_landmarks sees whole, through the journal and the last pass.
+TEST_F(MapFeatures, BroadFieldsOfTheWorldAreInThePack) {
+  const BuildOptions o = options("broad.lfpack");
+  run(o);
+  const synth::World drawn(world(synth::Season::kSummer, 2020));
+  const std::vector<synth::Field> fields = drawn.labels(drawn.extent()).fields;
+  const auto is_field = [&](const Landmark& m) {
+    return std::ranges::any_of(fields, [&](const synth::Field& f) {
+      std::vector<cv::Point2f> near;
+      for (const synth::Point& p : f.outline) near.emplace_back(float(p.x - m.east_m), float(p.y - m.north_m));
+      const cv::Moments moments = cv::moments(near);
+      return std::hypot(moments.m10, moments.m01) <= 10 * std::abs(moments.m00);
+    });
+  };
+  size_t broad = 0, right = 0;
+  for (const Landmark& m : landmarks_of(o)) {
+    if (m.landmark_class != LF_FIELD || m.length_m < 125 || m.confidence < 0.5) continue;
+    ++broad;
+    right += is_field(m);
+  }
+  EXPECT_GE(broad, 3u);
+  EXPECT_GE(double(right), 0.5 * double(broad)) << "within 10 m; 0.6 of all in worlds that nothing was fitted on";
 }
 
 TEST_F(MapFeatures, TheSameBytesWhateverTheThreadsAndInterruptions) {

@@ -41,8 +41,7 @@ class MapNavigability : public ingest::Ingest {
     sketch.width = image.cols, sketch.height = image.rows, sketch.bands = image.channels();
     if (image.depth() == CV_32F) sketch.type = GDT_Float32;
     sketch.value = [&](int band, int column, int row) {
-      return image.depth() == CV_32F ? double(image.at<float>(row, column))
-                                     : double(image.ptr(row, column)[band - 1]);
+      return image.depth() == CV_32F ? double(image.at<float>(row, column)) : double(image.ptr(row, column)[band - 1]);
     };
     return write(name, sketch);
   }
@@ -200,8 +199,7 @@ TEST_F(MapNavigability, WhatRepeatsSaysWhere) {
   EXPECT_TRUE(place.has(Reason::kRepeats));
   EXPECT_NEAR(place.rival_m, 56, 3);
   EXPECT_NEAR(std::abs(std::sin(place.rival_bearing_rad)), 1, 0.05) << "to the east or to the west";
-  EXPECT_NE(tools::reasons_text(place).find("looks like the place 5"), std::string::npos)
-      << tools::reasons_text(place);
+  EXPECT_NE(tools::reasons_text(place).find("looks like the place 5"), std::string::npos) << tools::reasons_text(place);
 }
 
 TEST_F(MapNavigability, WhereNothingIsShownNothingIsSaid) {

@@ -107,6 +107,33 @@ TEST(Witness, StructureIsTheMeanLengthInTheViewAlone) {
   EXPECT_NEAR(east, judge({ground(textured)}, 100, 0).structure, 1e-9) << "what lies beyond the view does not count";
 }
 
+TEST(Witness, EveryMatcherHasEvidenceOfItsOwn) {
+  std::vector<GridImage> dates = {fields(3, 0), fields(3, 0), fields(8, 0)};
+  dates[1].pixels = dates[0].pixels * 0.8;  // nothing but the light has changed
+  Witness witness(dates, nav::kMethods);
+  double gray = 0;
+  for (const nav::Method method : nav::kMethods) {
+    const Predictors p = witness.at(0, 0, kView, method);
+    EXPECT_EQ(p.dates, 3);
+    EXPECT_EQ(p.newest, 0);
+    EXPECT_NEAR(p.found, 2 / 3.0, 1e-9) << nav::name_of(method) << ": the third date shows other ground";
+    if (method == nav::Method::kGray) gray = p.mean_logit;
+  }
+  EXPECT_NE(gray, witness.at(0, 0, kView, nav::Method::kEdge).mean_logit);
+}
+
+TEST(Witness, GrayIsMatchedWithTheNewestDateThatShowsAPixel) {
+  std::vector<GridImage> dates = {fields(8, 0), fields(3, 0), fields(3, 0)};
+  for (GridImage& date : dates) date.valid = cv::Mat(kSidePx, kSidePx, CV_8U, cv::Scalar(255));
+  dates[0].valid.colRange(kSidePx / 2 - 60, kSidePx).setTo(0);
+  const nav::Method gray[] = {nav::Method::kGray};
+  Witness witness(dates, gray);
+  const Predictors p = witness.at(40, 0, kView, nav::Method::kGray);
+  EXPECT_EQ(p.dates, 2);
+  EXPECT_EQ(p.newest, 1);
+  EXPECT_EQ(p.found, 1) << "where the newest date shows nothing the map has the next";
+}
+
 TEST(Witness, BeyondTheImagesNothingIsKnown) {
   EXPECT_EQ(judge({fields(3, 0)}, 5000, 0).dates, 0);
   EXPECT_EQ(judge({fields(3, 0)}, kSidePx + 20, 0).dates, 0) << "less than half of the view is left";
@@ -118,6 +145,7 @@ TEST(Witness, RefusesWhatCannotBeJudged) {
   Witness witness(std::vector{fields(3, 0)});
   EXPECT_THROW(witness.at(0, 0, {.template_m = 0}), std::invalid_argument);
   EXPECT_THROW(witness.at(0, 0, {.search_m = std::nan("")}), std::invalid_argument);
+  EXPECT_THROW(witness.at(0, 0, kView, nav::Method::kGray), std::invalid_argument) << "made for orientation alone";
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ TEST(Navigability, ChancesFallWithTheMapsAge) {
   EXPECT_NEAR(typical.fix_probability[0], n.fix_probability[0], 1e-4) << "what the pack says holds for two years";
   EXPECT_FALSE(typical.has(Reason::kOld));
   const Navigability later = on_day(n, 17728 + 2922);  // eight years
-  for (size_t i = 0; i < 4; ++i)  // ln 9 - ln 3, times the slope of 0.6
+  for (size_t i = 0; i < 4; ++i)                       // ln 9 - ln 3, times the slope of 0.6
     EXPECT_NEAR(logit(later.fix_probability[i]), logit(n.fix_probability[i]) - 0.6 * std::log(3), 1e-6) << i;
   EXPECT_TRUE(std::isnan(later.fix_probability[4])) << "what is not judged stays so";
   EXPECT_TRUE(later.has(Reason::kOld));
@@ -99,7 +99,8 @@ TEST(Navigability, EveryPixelThatIsReadIsWrittenAgain) {
   // Codes are those of the format: a reader and a writer of the same version agree in both directions.
   for (int code = 1; code < 256; ++code) {
     NavigabilityPixel pixel = encode_navigability(place());
-    for (const size_t channel : {0u, 4u, 5u, 6u, 7u, 9u, 11u, 12u, 13u, 14u, 15u, 16u, 17u, 18u}) pixel[channel] = uint8_t(code);
+    for (const size_t channel : {0u, 4u, 5u, 6u, 7u, 9u, 11u, 12u, 13u, 14u, 15u, 16u, 17u, 18u})
+      pixel[channel] = uint8_t(code);
     if (code < 255) pixel[8] = pixel[10] = uint8_t(code);
     const auto read = decode_navigability(pixel);
     ASSERT_TRUE(read);

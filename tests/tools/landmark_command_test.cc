@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "tests/tools/command.h"
 #include "tests/tools/eval_world.h"
@@ -44,6 +45,21 @@ TEST_F(LandmarkCommand, TheModelOfTheTreeClassifiesAnImage) {
   ASSERT_NE(colours, nullptr);
   EXPECT_EQ(colours->GetColorEntry(0)->c1, 225);  // buildings are red
   EXPECT_TRUE(std::filesystem::exists(path("classes.png")));
+}
+
+// A file whose bands lie the other way round, and which does not say so.
+TEST_F(LandmarkCommand, BandsAreWhatTheCommandLineSays) {
+  save("right.tif", summer());
+  features::GridImage turned = summer();
+  cv::cvtColor(summer().pixels, turned.pixels, cv::COLOR_RGB2BGR);
+  save("turned.tif", turned);
+  for (const std::string command : {"landmarks", "roads", "classify"}) {
+    const std::string right = run(command + " right.tif").out;
+    EXPECT_EQ(run(command + " turned.tif --bands blue,green,red").out, right) << command;
+    EXPECT_NE(run(command + " turned.tif").out, right) << command;
+    tests::expect_refusal(run(command + " turned.tif --bands blue,green"), kUsage, {"turned.tif", "3 bands"});
+  }
+  tests::expect_refusal(run("classify photo.jpg --bands red,green,blue"), kUsage, {"--bands", "photographs"});
 }
 
 TEST_F(LandmarkCommand, AskedAboutChipsItPrintsTheirConfusion) {

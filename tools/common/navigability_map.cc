@@ -83,9 +83,8 @@ NavigabilityMap::NavigabilityMap(const Pack& pack, const Footprint& footprint, c
       region->level != tiles::kNavigabilityLevel)
     throw Error(ExitCode::kBadPack, fmt::format("{}: layer {} is not as it should be", path, name));
   if (double(region->width) * region->height > kMostNodes)
-    throw Error(ExitCode::kBadPack,
-                fmt::format("{}: layer {} claims {} by {} nodes; expected at most {:.0f}", path, name, region->width,
-                            region->height, kMostNodes));
+    throw Error(ExitCode::kBadPack, fmt::format("{}: layer {} claims {} by {} nodes; expected at most {:.0f}", path,
+                                                name, region->width, region->height, kMostNodes));
   nodes_ = cv::Mat::zeros(int(region->height), int(region->width), CV_8UC(layer->channels));
   west_m_ = region->west_m;
   north_m_ = region->north_m;

@@ -25,7 +25,7 @@ namespace landfix::tools {
 namespace {
 
 struct Arguments {
-  std::string image, model, output, confidence, picture, camera_model;
+  std::string image, bands, model, output, confidence, picture, camera_model;
   double step_m = 4;
   bool json = false;
 };
@@ -65,10 +65,12 @@ View read_photo(const std::string& path, const std::string& camera_model) {
 }
 
 View read_view(const Arguments& a) {
+  if (is_photo(a.image) && !a.bands.empty())
+    throw Error(ExitCode::kUsage, "--bands is for georeferenced images, photographs (.jpg) show red, green and blue");
   if (is_photo(a.image)) return read_photo(a.image, a.camera_model);
   if (!a.camera_model.empty()) throw Error(ExitCode::kUsage, "--camera-model is for photographs (.jpg)");
   const tiles::Zone zone = ingest::standard_zone_of(a.image);
-  return {ingest::load_image({a.image}, zone, std::nullopt, features::kWordGsdM), zone};
+  return {ingest::load_image({.path = a.image, .bands = a.bands}, zone, std::nullopt, features::kWordGsdM), zone};
 }
 
 const Palette& class_colours() {
@@ -146,6 +148,7 @@ void add_classify(CLI::App& app) {
                   "Georeferenced image, or a photograph (.jpg) with position and attitude in its tags")
       ->required()
       ->type_name("IMAGE");
+  add_bands(*sub, a.bands);
   sub->add_option("--model", a.model, "Model of `landfix train` [that which comes with landfix]")->type_name("FILE");
   sub->add_option("-o,--output", a.output, "The classes as GeoTIFF with colours")->type_name("FILE.tif");
   sub->add_option("--confidence", a.confidence, "How sure they are, 255 is certain")->type_name("FILE.tif");

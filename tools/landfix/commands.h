@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 namespace landfix::tools {
 
@@ -26,5 +27,8 @@ void add_landmarks(CLI::App& app);
 void add_eval_landmarks(CLI::App& eval_command);
 void add_train(CLI::App& app);
 void add_classify(CLI::App& app);
+
+/// `--bands` of the commands that look at one image: ingest::SourceOptions::bands.
+void add_bands(CLI::App& command, std::string& bands);
 
 }  // namespace landfix::tools

@@ -18,7 +18,7 @@ namespace landfix::tools {
 namespace {
 
 struct Arguments {
-  std::string image, output, picture, model;
+  std::string image, bands, output, picture, model;
   double confidence = landmarks::kLeastConfidence;
   bool gray = false;
   int threads = 0;
@@ -43,7 +43,8 @@ void draw(const std::string& path, const features::GridImage& image,
 
 void run(const Arguments& a) {
   const tiles::Zone zone = ingest::standard_zone_of(a.image);
-  features::GridImage image = ingest::load_image({.path = a.image}, zone, std::nullopt, landmarks::kLandmarkGsd_m);
+  features::GridImage image =
+      ingest::load_image({.path = a.image, .bands = a.bands}, zone, std::nullopt, landmarks::kLandmarkGsd_m);
   if (a.gray && image.pixels.channels() == 3) cv::cvtColor(image.pixels, image.pixels, cv::COLOR_RGB2GRAY);
   const landmarks::ObjectModel& model =
       a.model.empty() ? landmarks::default_object_model() : landmarks::read_object_model(a.model);
@@ -63,6 +64,7 @@ void add_landmarks(CLI::App& app) {
   Arguments& a = *arguments;
   CLI::App* sub = app.add_subcommand("landmarks", "Find buildings, fields, trees, water and paved areas in an image");
   sub->add_option("image", a.image, "Georeferenced image")->required()->type_name("IMAGE");
+  add_bands(*sub, a.bands);
   sub->add_option("-o,--output", a.output, "Write centres and outlines to a GeoPackage")->type_name("FILE.gpkg");
   sub->add_option("--picture", a.picture, "Draw them over the image")->type_name("FILE.png");
   sub->add_option("--model", a.model, "What landmarks look like [the model that comes with landfix]")

@@ -16,7 +16,7 @@ namespace landfix::tools {
 namespace {
 
 struct Arguments {
-  std::string image, output, picture, model;
+  std::string image, bands, output, picture, model;
   int threads = 0;
 };
 
@@ -37,7 +37,8 @@ void draw(const std::string& path, const features::GridImage& image, const tiles
 
 void run(const Arguments& a) {
   const tiles::Zone zone = ingest::standard_zone_of(a.image);
-  const features::GridImage image = ingest::load_image({.path = a.image}, zone, std::nullopt, landmarks::kRoadGsd_m);
+  const features::GridImage image =
+      ingest::load_image({.path = a.image, .bands = a.bands}, zone, std::nullopt, landmarks::kRoadGsd_m);
   const landmarks::RoadModel model =
       a.model.empty() ? landmarks::default_road_model() : landmarks::read_road_model(a.model);
   const tiles::RoadGraph graph = landmarks::extract_roads(image, model, a.threads);
@@ -57,6 +58,7 @@ void add_roads(CLI::App& app) {
   Arguments& a = *arguments;
   CLI::App* sub = app.add_subcommand("roads", "Find the roads of an image");
   sub->add_option("image", a.image, "Georeferenced image")->required()->type_name("IMAGE");
+  add_bands(*sub, a.bands);
   sub->add_option("-o,--output", a.output, "Write the roads and intersections to a GeoPackage")->type_name("FILE.gpkg");
   sub->add_option("--picture", a.picture, "Draw them over the image")->type_name("FILE.png");
   sub->add_option("--model", a.model, "What roads look like [the model that comes with landfix]")->type_name("FILE");

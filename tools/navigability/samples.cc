@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "builder/ingest/image_set.h"
@@ -186,8 +188,8 @@ void draw(const Ground& ground, const Footprint& f, const Draw& what, std::ostre
             "{:.3f},{},{:.5f},{:.1f},{:.1f}\n",
             name, ground.name, camera, p.dates, age, p.template_px, p.least_logit, p.mean_logit, p.structure, p.crest,
             p.background, p.found, p.accepted, c[0], c[1], c[3], gsd, int(answered && std::hypot(de, dn) <= f.hit_m),
-            answered ? de : 0, answered ? dn : 0, int(r.status == nav::Status::kOk), navigability::fix_probability(p, evidence_method),
-            east, north);
+            answered ? de : 0, answered ? dn : 0, int(r.status == nav::Status::kOk),
+            navigability::fix_probability(p, evidence_method), east, north);
       }
   }
 }

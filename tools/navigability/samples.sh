@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Draws the samples that the chance of a fix is fitted to: worlds of five seasons and years, views of 16 to 40 pixels, so
-# that not everything succeeds, searched over ±40 and ±80 pixels. Fewer for the matchers that are not asked first. Three
-# quarters of an hour on one core. Then: fit.py FOLDER/drawn.csv.gz > builder/navigability/model_table.h
+# that not everything succeeds, searched over ±40 and ±80 pixels. Fewer for the matchers that are not asked first. Forty
+# minutes on one core. Then: fit.py FOLDER/drawn.csv.gz > builder/navigability/model_table.h
 # Usage: samples.sh LANDFIX_NAVIGABILITY_SAMPLES FOLDER
 set -euo pipefail
 program=$1 folder=$2
@@ -13,8 +13,6 @@ trap 'rm -rf "$work"' EXIT
 for method in gray edge contour; do
   "$program" -o "$work/4_$method.csv" --method $method --first 601 --worlds 3 --search-px 40 --spacing-px 240
   "$program" -o "$work/5_$method.csv" --method $method --first 605 --worlds 3 --search-px 40 --spacing-px 160
-  "$program" -o "$work/6_$method.csv" --method $method --first 611 --worlds 3 --search-px 40 --spacing-px 160
-  "$program" -o "$work/7_$method.csv" --method $method --first 619 --worlds 1 --search-px 80 --spacing-px 280
-  "$program" -o "$work/8_$method.csv" --method $method --first 620 --worlds 2 --search-px 80 --spacing-px 160
+  "$program" -o "$work/6_$method.csv" --method $method --first 619 --worlds 1 --search-px 80 --spacing-px 280
 done
 /usr/bin/python3 "$(dirname "$0")/fit.py" --pack "$folder/drawn.csv.gz" "$work"/*.csv
