@@ -9,6 +9,7 @@
 #   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
 #   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
 #   make evaluate-navigability   how well maps foretell where they will serve: the tables of docs/evaluation.md
+#   make routes  predicted errors and suggested routes against simulated flights: the table of docs/routes.md
 #   make calibrate   draws the samples of tools/calibrate anew and fits probabilities and gates to them
 #   make navigability  draws the samples of tools/navigability anew and fits the chance of a fix to them
 #   make memory  builds of a 4-gigapixel image, and of 556 Mpx with landmarks and roads: peak memory and time
@@ -17,7 +18,7 @@ JOBS ?= $(shell nproc)
 SECONDS_OF_FUZZING ?= 600
 export LANDFIX_DATA ?= $(abspath ../shared/data)
 
-.PHONY: evaluation landmarks evaluate-navigability calibrate navigability all setup release demo test bench real asan tsan aarch64 fuzz memory clean
+.PHONY: evaluation landmarks evaluate-navigability routes calibrate navigability all setup release demo test bench real asan tsan aarch64 fuzz memory clean
 
 all: release
 
@@ -51,6 +52,9 @@ landmarks: release
 
 evaluate-navigability: release
 	tools/navigability/evaluate.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/navigability
+
+routes: release
+	tools/route/evaluate.sh build/release/tools/landfix/landfix "$(LANDFIX_DATA)" build/routes
 
 calibrate: release
 	tools/setup/install.sh python3-numpy

@@ -1,4 +1,4 @@
-// A map in memory for flights in tests, and what their localizer is told.
+// A map in memory for flights in tests.
 #pragma once
 
 #include <cmath>
@@ -49,13 +49,5 @@ class MemoryMap : public nav::MapSource {
   terrain::Scene scene_;
   features::GridImage heights_;
 };
-
-/// What the localizer is told of its sensors.
-inline FlightOptions with_known_errors(FlightOptions options) {
-  options.localizer.attitude_sigma_rad = options.sensors.attitude_noise_rad;
-  options.localizer.attitude_bias_sigma_rad = options.sensors.attitude_bias_rad;
-  options.localizer.heading_sigma_rad = std::hypot(options.sensors.heading_noise_rad, options.sensors.heading_bias_rad);
-  return options;
-}
 
 }  // namespace landfix::fly

@@ -51,6 +51,18 @@ Pack open_pack(const std::string& path, const std::vector<std::string>& key_file
   return std::move(*pack);
 }
 
+void prepare_layers(const Pack& pack, const std::string& path, std::span<const char* const> layers) {
+  const lf_info info = pack.info();
+  for (const char* name : layers) {
+    const Result<uint32_t> layer = pack.find_layer(name);
+    if (!layer) continue;
+    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
+      const Result<Region> all = pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
+      if (all) check(pack.prepare(*all), path);
+    }
+  }
+}
+
 features::GridImage read_region(const Pack& pack, const Region& region, const std::string& path) {
   const Result<lf_layer_info> layer = pack.layer(region.layer);
   check(layer.status(), path);

@@ -128,6 +128,13 @@ class Flight {
 
 }  // namespace
 
+FlightOptions with_known_errors(FlightOptions options) {
+  options.localizer.attitude_sigma_rad = options.sensors.attitude_noise_rad;
+  options.localizer.attitude_bias_sigma_rad = options.sensors.attitude_bias_rad;
+  options.localizer.heading_sigma_rad = std::hypot(options.sensors.heading_noise_rad, options.sensors.heading_bias_rad);
+  return options;
+}
+
 std::vector<Record> fly(const terrain::Scene& scene, const nav::MapSource& map, const Route& route,
                         const FlightOptions& options, uint64_t seed, const FrameSink& frames) {
   check(options);

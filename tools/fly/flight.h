@@ -37,6 +37,9 @@ struct FlightOptions {
   nav::LocalizerOptions localizer;
 };
 
+/// The same with a localizer that knows the size of its sensors' errors, not their draw.
+FlightOptions with_known_errors(FlightOptions options);
+
 /// What was true and what was believed at the time of one image, after the image was taken in.
 struct Record {
   double time_s = 0, distance_m = 0;

@@ -64,16 +64,19 @@ Eigen::Vector2d Sensors::displacement(const terrain::Pose& from, const terrain::
 
 cv::Mat Sensors::picture(const cv::Mat& image) {
   cv::Mat light;
-  features::gray_from_rgb(image).convertTo(light, CV_32F);
+  (options_.colour ? image : features::gray_from_rgb(image)).convertTo(light, CV_32F);
   if (options_.blur_px > 0) cv::GaussianBlur(light, light, {}, options_.blur_px);
   const double cx = 0.5 * (light.cols - 1), cy = 0.5 * (light.rows - 1), corner2 = cx * cx + cy * cy;
-  cv::Mat seen(light.size(), CV_8UC1);
+  const int channels = light.channels();
+  cv::Mat seen(light.size(), CV_8UC(channels));
   for (int y = 0; y < seen.rows; ++y) {
     for (int x = 0; x < seen.cols; ++x) {
       const double fall_off = 1 - options_.vignetting * ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / corner2;
-      const double value = options_.gain * fall_off * light.at<float>(y, x) + options_.offset +
-                           options_.pixel_noise * pixels_.coarse_gaussian();
-      seen.at<uchar>(y, x) = cv::saturate_cast<uchar>(value);
+      for (int i = x * channels; i < (x + 1) * channels; ++i) {
+        const double value = options_.gain * fall_off * light.ptr<float>(y)[i] + options_.offset +
+                             options_.pixel_noise * pixels_.coarse_gaussian();
+        seen.ptr(y)[i] = cv::saturate_cast<uchar>(value);
+      }
     }
   }
   return seen;

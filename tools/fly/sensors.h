@@ -21,6 +21,7 @@ struct SensorOptions {
   double gnss_sigma_m = 1.5;      ///< per axis
   double odometry_drift = 0.025;  ///< typical error of dead reckoning as a share of the distance flown
 
+  bool colour = false;   ///< the camera's, where the scene has colours
   double blur_px = 0.8;  ///< standard deviation of a Gaussian
   double gain = 0.85, offset = 12;
   double vignetting = 0.15;  ///< loss of light in the corners
@@ -43,7 +44,7 @@ class Sensors {
   /// square). Noise of 2 cm per square root of a metre comes on top.
   Eigen::Vector2d displacement(const terrain::Pose& from, const terrain::Pose& to);
 
-  /// Gray picture with blur, vignetting, gain, offset and noise. `image`: CV_8UC1 or CV_8UC3 (red, green, blue).
+  /// Gray (or colour) picture with blur, vignetting, gain, offset and noise. `image`: CV_8UC1 or CV_8UC3 (red, green, blue).
   cv::Mat picture(const cv::Mat& image);
 
  private:

@@ -63,7 +63,7 @@ void run_register(RegisterArguments a) {
   cv::setNumThreads(1);  // every call is timed on its own thread
   const Pack pack = open_pack(a.map, a.key_files);
   const eval::MapFrame frame = frame_of(pack, a.map);
-  prepare_rasters(pack, a.map);
+  prepare_layers(pack, a.map);
   const eval::OpenMap open_map = [&] { return std::make_unique<nav::PackMap>(pack); };
   std::vector<eval::CameraTrials> trials;
   ordered_json cameras = ordered_json::array();
@@ -132,7 +132,7 @@ void run_photos(PhotosArguments a) {
   cv::setNumThreads(1);
   const Pack pack = open_pack(a.map, a.key_files);
   const eval::MapFrame frame = frame_of(pack, a.map);
-  prepare_rasters(pack, a.map);
+  prepare_layers(pack, a.map);
   const std::vector<eval::PhotoResult> photos = eval::register_photos(pack, a.map, a.photos, a.options);
   if (!a.output.picture.empty()) write_picture(a.output.picture, draw_photos(photos, nav::PackMap(pack)));
   ordered_json json = {{"map", std::filesystem::path(a.map).filename().string()},
@@ -305,6 +305,8 @@ Examples:
       photographs with position and attitude in their tags
   landfix eval navigability --map area.lfpack --camera 2018.tif
       how well the map says beforehand where that will succeed
+  landfix eval route --map area.lfpack --scene 2018.tif --agl 160
+      what is predicted of routes, against simulated flights
 
 'landfix eval COMMAND --help' shows a command's options.
 )");
@@ -312,6 +314,7 @@ Examples:
   add_pairs(*sub);
   add_photos(*sub);
   add_eval_roads(*sub);
+  add_eval_route(*sub);
   add_eval_landmarks(*sub);
   add_eval_navigability(*sub);
 }

@@ -52,7 +52,7 @@ OpenedMap open_map(const std::string& path, const Arguments& a) {
     fmt::print(stderr, "{}: its chances are of fixes within {:g} m, --hit-m asks for {:g} m\n", path, judged_m,
                a.options.hit_m);
   eval::MapFrame frame = frame_of(pack, path);
-  prepare_rasters(pack, path);
+  prepare_layers(pack, path);
   return {std::move(pack), std::move(frame), std::move(navigability)};
 }
 

@@ -12,19 +12,6 @@
 
 namespace landfix::tools {
 
-void prepare_rasters(const Pack& pack, const std::string& path) {
-  const lf_info info = pack.info();
-  for (const nav::Method method : nav::kMethods) {
-    const Result<uint32_t> layer = pack.find_layer(nav::name_of(method));  // layers bear the matchers' names
-    if (!layer) continue;
-    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
-      const Result<Region> region =
-          pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
-      if (region) check(pack.prepare(*region), path);
-    }
-  }
-}
-
 eval::MapFrame frame_of(const Pack& pack, const std::string& path) {
   const lf_info info = pack.info();
   const std::pair<double, double> range = eval::raster_levels(nav::PackMap(pack));

@@ -10,10 +10,6 @@
 
 namespace landfix::tools {
 
-/// Every raster layer of a pack that matchers use, ready to be read from all threads: what is compressed is decoded
-/// here. `path` is the pack's, for messages.
-void prepare_rasters(const Pack& pack, const std::string& path);
-
 /// Throws Error (kNoData) where the pack has no layer that a matcher uses.
 eval::MapFrame frame_of(const Pack& pack, const std::string& path);
 

@@ -17,6 +17,7 @@
 #include "tools/fly/scene_source.h"
 #include "tools/fly/shift.h"
 #include "tools/fly/summary.h"
+#include "tools/landfix/aircraft.h"
 #include "tools/landfix/commands.h"
 
 namespace landfix::tools {
@@ -42,7 +43,7 @@ Output folder: track.csv (a line per image; with --runs track_1.csv and so on), 
 green, estimate red with yellow 3-sigma ellipses, dead reckoning blue.)";
 
 /// The command line as given, degrees where it says so.
-struct Arguments {
+struct Arguments : AircraftArguments {
   std::string map, output, route_file;
   fly::SceneSource scene;
   std::string scene_dem, scene_dem_datum;
@@ -50,12 +51,8 @@ struct Arguments {
   std::vector<std::string> key_files;
   std::vector<double> scene_shift, center;
   double loop_m = 1000, racetrack_m = 0, turn_radius_m = 40;
-  double attitude_noise_deg = 0.5, attitude_bias_deg = 0.3, heading_noise_deg = 0.5, heading_bias_deg = 0.3;
-  double sway_deg = 1.5, field_of_view_deg = 60;
-  std::vector<int> image_size = {640, 480};
-  double map_error_m = -1;
+  double sway_deg = 1.5;
   std::string matcher = "auto";
-  fly::FlightOptions flight;
   uint64_t seed = 1;
   int runs = 1, frames = 0;
   bool measure_shift = false, json = false;
@@ -75,20 +72,9 @@ Mission open_map(const Arguments& a) {
 }
 
 fly::FlightOptions flight_options(const Arguments& a, const lf_info& map) {
-  fly::FlightOptions o = a.flight;
+  fly::FlightOptions o = flight_of(a, map);
   o.sway_rad = a.sway_deg * kRadians;
-  o.camera = nav::camera_from_field_of_view(a.image_size[0], a.image_size[1], a.field_of_view_deg * kRadians);
-  o.sensors.attitude_noise_rad = a.attitude_noise_deg * kRadians;
-  o.sensors.attitude_bias_rad = a.attitude_bias_deg * kRadians;
-  o.sensors.heading_noise_rad = a.heading_noise_deg * kRadians;
-  o.sensors.heading_bias_rad = a.heading_bias_deg * kRadians;
-  // The aircraft knows the size of its errors, not their draw.
-  o.localizer.attitude_sigma_rad = o.sensors.attitude_noise_rad;
-  o.localizer.attitude_bias_sigma_rad = o.sensors.attitude_bias_rad;
-  o.localizer.heading_sigma_rad = std::hypot(o.sensors.heading_noise_rad, o.sensors.heading_bias_rad);
   o.localizer.method = nav::method_of(a.matcher);
-  const double map_error_m = a.map_error_m >= 0 ? a.map_error_m : map.georegistration_error_m;
-  if (map_error_m >= 0) o.localizer.map_bias_sigma_m = map_error_m;
   return o;
 }
 
@@ -134,19 +120,6 @@ fly::Route make_route(const Arguments& a, const Mission& m) {
   const Eigen::Vector2d center = center_of(a, m);
   if (a.racetrack_m > 0) return fly::Route::racetrack(center.x(), center.y(), a.racetrack_m, a.turn_radius_m);
   return fly::Route::loop(center.x(), center.y(), a.loop_m, a.turn_radius_m);
-}
-
-/// All layers that the flight asks for; those that are compressed are decoded here.
-void prepare_map(const Pack& pack, const std::string& path) {
-  const lf_info info = pack.info();
-  for (const char* name : {"gray", "edge", "contour", "orientation", "height"}) {
-    const Result<uint32_t> layer = pack.find_layer(name);
-    if (!layer) continue;
-    for (uint32_t i = 0; const Result<lf_level_info> level = pack.level(*layer, i); ++i) {
-      const Result<Region> all = pack.box(*layer, info.west_m, info.south_m, info.east_m, info.north_m, level->gsd_m);
-      if (all) check(pack.prepare(*all), path);
-    }
-  }
 }
 
 /// Why images gave no fix; empty where all did.
@@ -206,6 +179,7 @@ nlohmann::json options_json(const Arguments& a, const fly::FlightOptions& o, con
                       {"barometer_noise_m", o.sensors.barometer_noise_m},
                       {"barometer_bias_m", o.sensors.barometer_bias_m},
                       {"odometry_drift", o.sensors.odometry_drift},
+                      {"colour", o.sensors.colour},
                       {"blur_px", o.sensors.blur_px},
                       {"gain", o.sensors.gain},
                       {"offset", o.sensors.offset},
@@ -234,7 +208,7 @@ void print_text(const fly::Summary& s, const std::string& folder) {
 
 void run(const Arguments& a) {
   const Mission mission = open_map(a);
-  prepare_map(mission.pack, a.map);
+  prepare_layers(mission.pack, a.map);
   const fly::FlightOptions options = flight_options(a, mission.info);
   fly::SceneSource source = scene_source(a, mission.info);
   const fly::Route route = make_route(a, mission);
@@ -332,27 +306,12 @@ void add_sensor_options(CLI::App& command, Arguments& a) {
   const auto number = [&](const char* name, double& value, const char* text) {
     command.add_option(name, value, text)->capture_default_str()->check(CLI::NonNegativeNumber);
   };
+  add_aircraft_options(command, a);
   number("--gnss-until", a.flight.gnss_until_s, "Time at which GNSS is cut, s");
-  number("--gnss-sigma", s.gnss_sigma_m, "Error of GNSS per axis before, m");
-  number("--image-interval", a.flight.image_interval_s, "Time between images, s");
-  number("--fov-deg", a.field_of_view_deg, "Horizontal field of view of the camera");
-  command.add_option("--image-size", a.image_size, "Pixels of the camera")
-      ->delimiter(',')
-      ->expected(2)
-      ->type_name("WIDTH,HEIGHT")
-      ->capture_default_str();
-  number("--attitude-noise-deg", a.attitude_noise_deg, "White error of roll and pitch");
-  number("--attitude-bias-deg", a.attitude_bias_deg, "Constant error of roll and pitch");
   number("--heading-noise-deg", a.heading_noise_deg, "White error of the heading");
-  number("--heading-bias-deg", a.heading_bias_deg, "Constant error of the heading");
   number("--barometer-noise", s.barometer_noise_m, "White error of the height, m");
   number("--barometer-bias", s.barometer_bias_m, "Constant error of the height, m");
-  number("--odometry-drift", s.odometry_drift, "Error of dead reckoning as a share of the distance");
-  command
-      .add_option("--drift-correlation", a.flight.drift_correlation_m,
-                  "Distance over which the filter lets the drift add up to its share, m [0.7 times the height above "
-                  "ground, at least 100]")
-      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--colour", s.colour, "A camera that sees colours, where the scene has them");
   number("--blur", s.blur_px, "Blur of the camera, px (standard deviation)");
   number("--gain", s.gain, "Gain of the camera");
   command.add_option("--offset", s.offset, "Offset of the camera, gray values")->capture_default_str();
@@ -361,10 +320,6 @@ void add_sensor_options(CLI::App& command, Arguments& a) {
   command.add_option("--matcher", a.matcher, "How images are compared with the map: auto takes what the map offers")
       ->check(CLI::IsMember({"auto", "gray", "edge", "contour", "orientation"}))
       ->capture_default_str();
-  command
-      .add_option("--map-error", a.map_error_m,
-                  "Constant error of the map that the filter expects, m per axis [as the pack says]")
-      ->check(CLI::NonNegativeNumber);
 }
 
 }  // namespace

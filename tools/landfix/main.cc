@@ -34,6 +34,7 @@ void add_all(CLI::App& app) {
   landfix::tools::add_sign(app);
   landfix::tools::add_synth(app);
   landfix::tools::add_fly(app);
+  landfix::tools::add_route(app);
   landfix::tools::add_eval(app);
   landfix::tools::add_roads(app);
   landfix::tools::add_train_roads(app);
