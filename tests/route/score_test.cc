@@ -89,9 +89,9 @@ TEST(Score, Requirement) {
 }
 
 TEST(Score, ReasonsInWords) {
-  EXPECT_EQ(words(kWater | kOldMap), "water, old map");
-  EXPECT_EQ(words(kRepeats, Repeat{18, -0.1}), "repeats every 18 m northwards");
-  EXPECT_EQ(words(kRepeats, Repeat{25, 5 * M_PI / 4}), "repeats every 25 m south-westwards");
+  EXPECT_EQ(words(kWater | kOldMap), "water, map older than 5 years");
+  EXPECT_EQ(words(kRepeats, Repeat{18, -0.1}), "looks like the place 18 m to the north");
+  EXPECT_EQ(words(kRepeats, Repeat{25, 5 * M_PI / 4}), "looks like the place 25 m to the south-west");
   EXPECT_EQ(words(0), "");
 }
 

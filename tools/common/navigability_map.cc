@@ -25,33 +25,8 @@ constexpr double kMostNodes = 1 << 24;  // 69 000 km2, and 320 MB
 const char* compass_of(double bearing_rad) {
   static constexpr std::array kNames = {"north", "north-east", "east", "south-east",
                                         "south", "south-west", "west", "north-west"};
-  return kNames[size_t(std::lround(bearing_rad * 4 / std::numbers::pi)) % kNames.size()];
-}
-
-std::string text_of(Reason reason, const Navigability& place) {
-  switch (reason) {
-    case Reason::kWater:
-      return "water";
-    case Reason::kUniform:
-      return "even ground";
-    case Reason::kWood:
-      return "closed wood";
-    case Reason::kRepeats:
-      return fmt::format("looks like the place {:.0f} m to the {}", place.rival_m, compass_of(place.rival_bearing_rad));
-    case Reason::kRelief:
-      return "strong relief";
-    case Reason::kShadow:
-      return "mostly shadow";
-    case Reason::kNoData:
-      return "partly off the map";
-    case Reason::kDatesDisagree:
-      return "the dates disagree";
-    case Reason::kOneDate:
-      return "one date only";
-    case Reason::kOld:
-      return fmt::format("older than {:.0f} years", tiles::kOldYears);
-  }
-  return {};
+  const long eighth = std::lround(bearing_rad * 4 / std::numbers::pi) % long(kNames.size());
+  return kNames[size_t(eighth + long(kNames.size())) % kNames.size()];
 }
 
 }  // namespace
@@ -160,10 +135,37 @@ bool NavigabilityMap::judges(Finder finder) const {
   return false;
 }
 
+std::string reason_text(Reason reason, double rival_m, double rival_bearing_rad) {
+  switch (reason) {
+    case Reason::kWater:
+      return "water";
+    case Reason::kUniform:
+      return "uniform field";
+    case Reason::kWood:
+      return "forest";
+    case Reason::kRepeats:
+      if (!(rival_m > 0)) return "looks like another place";
+      return fmt::format("looks like the place {:.0f} m to the {}", rival_m, compass_of(rival_bearing_rad));
+    case Reason::kRelief:
+      return "strong relief";
+    case Reason::kShadow:
+      return "mostly shadow";
+    case Reason::kNoData:
+      return "partly off the map";
+    case Reason::kDatesDisagree:
+      return "dates disagree";
+    case Reason::kOneDate:
+      return "one date only";
+    case Reason::kOld:
+      return fmt::format("map older than {:.0f} years", tiles::kOldYears);
+  }
+  return {};
+}
+
 std::string reasons_text(const Navigability& place) {
   std::vector<std::string> texts;
   for (size_t k = 0; k < tiles::kReasons; ++k)
-    if (place.has(Reason(k))) texts.push_back(text_of(Reason(k), place));
+    if (place.has(Reason(k))) texts.push_back(reason_text(Reason(k), place.rival_m, place.rival_bearing_rad));
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 

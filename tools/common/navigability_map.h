@@ -67,8 +67,11 @@ class NavigabilityMap {
   double west_m_ = 0, north_m_ = 0;
 };
 
-/// "water, even ground" and so on: the reasons of a place, with figures where there are some ("looks like a place 140 m
-/// to the north-west"). Empty where there is none.
+/// "water", "uniform field" and so on. `rival_m` and its bearing, clockwise from grid north, are of the place that
+/// looks alike: "looks like the place 140 m to the north-west"; 0: where it lies is not said.
+std::string reason_text(tiles::Reason reason, double rival_m, double rival_bearing_rad);
+
+/// All reasons of a place, "water, uniform field". Empty where there is none.
 std::string reasons_text(const tiles::Navigability& place);
 
 }  // namespace landfix::tools

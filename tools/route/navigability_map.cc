@@ -1,14 +1,14 @@
 #include "tools/route/navigability_map.h"
 
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
+#include "tools/common/navigability_map.h"
 
 namespace landfix::route {
 namespace {
 
 std::string word(Reason reason, const std::optional<Repeat>& repeat) {
+  const auto as_in_maps = [&](tiles::Reason same) {
+    return tools::reason_text(same, repeat ? repeat->distance_m : 0, repeat ? repeat->bearing_rad : 0);
+  };
   switch (reason) {
     case kOffMap:
       return "off the map";
@@ -17,30 +17,25 @@ std::string word(Reason reason, const std::optional<Repeat>& repeat) {
     case kTooLow:
       return "too low";
     case kWater:
-      return "water";
+      return as_in_maps(tiles::Reason::kWater);
     case kUniformField:
-      return "uniform field";
+      return as_in_maps(tiles::Reason::kUniform);
     case kForest:
-      return "forest";
-    case kRepeats: {
-      if (!repeat) return "repeats";
-      static constexpr std::array kBearings = {"north", "north-east", "east", "south-east",
-                                               "south", "south-west", "west", "north-west"};
-      const long eighth = std::lround(repeat->bearing_rad / (M_PI / 4));
-      return fmt::format("repeats every {:.0f} m {}wards", repeat->distance_m, kBearings[size_t((eighth % 8 + 8) % 8)]);
-    }
+      return as_in_maps(tiles::Reason::kWood);
+    case kRepeats:
+      return as_in_maps(tiles::Reason::kRepeats);
     case kShadow:
-      return "mostly shadow";
+      return as_in_maps(tiles::Reason::kShadow);
     case kStrongRelief:
-      return "strong relief";
+      return as_in_maps(tiles::Reason::kRelief);
     case kDatesDisagree:
-      return "dates disagree";
+      return as_in_maps(tiles::Reason::kDatesDisagree);
     case kOneDate:
-      return "one date alone";
+      return as_in_maps(tiles::Reason::kOneDate);
     case kOldMap:
-      return "old map";
+      return as_in_maps(tiles::Reason::kOld);
     case kPartlyOffMap:
-      return "partly off the map";
+      return as_in_maps(tiles::Reason::kNoData);
   }
   return {};
 }

@@ -43,7 +43,7 @@ struct Navigability {
   std::optional<Repeat> repeat;  ///< with kRepeats
 };
 
-/// "water, repeats every 18 m northwards": reasons in words; empty for none.
+/// "water, looks like the place 18 m to the north": reasons in the words of tools::reason_text; empty for none.
 std::string words(uint32_t reasons, const std::optional<Repeat>& repeat = std::nullopt);
 
 /// A rectangle of the grid.
