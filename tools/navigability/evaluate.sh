@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # How well a map foretells where images of a date that it was not made of will be found: the tables of docs/evaluation.md.
 # Each date of naip_nd is the camera over maps of four, three and one of the others, view 160 m, ±160 m, true within 15 m.
-# A quarter of an hour of two cores. Usage: evaluate.sh LANDFIX LANDFIX_DATA FOLDER [SAMPLES]
+# 20 minutes on two cores. Usage: evaluate.sh LANDFIX LANDFIX_DATA FOLDER [SAMPLES]
 set -euo pipefail
 landfix=$1 data=$2/naip_nd out=$3 samples=${4:-500}
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
