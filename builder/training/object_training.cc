@@ -160,7 +160,7 @@ class PartTraining {
   template <typename Visit>
   void each(bool with_objects, Visit visit) const {
     for (size_t i = 0; i < scenes_.size(); ++i) {
-      if (with_objects && !has_objects(scenes_[i])) continue;
+      if ((with_objects && !has_objects(scenes_[i])) || (scenes_[i].only_colour && !colour_)) continue;
       const bool small = scenes_[i].image.pixels.rows <= kSide_px;
       const int count = options_.variations * (small ? kMoreOfSmall : 1);
       for (int v = 0; v <= count; ++v) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "builder/error.h"
@@ -184,6 +185,72 @@ void vary_tones(cv::Mat& image, Random& random) {
   }
 }
 
+constexpr int kBareSide_px = 320;
+
+// Noise of deviation 1.
+cv::Mat grain(double size_px, Random& random) {
+  cv::Mat out(kBareSide_px, kBareSide_px, CV_32FC1);
+  for (int y = 0; y < out.rows; ++y)
+    for (int x = 0; x < out.cols; ++x) out.at<float>(y, x) = float(random.normal());
+  if (size_px > 0.3) {
+    cv::GaussianBlur(out, out, {0, 0}, size_px);
+    out *= 2 * size_px;  // a blur takes about as much
+  }
+  return out;
+}
+
+// Tones from -1 to 1 in one direction, that come back every so many pixels: even, in two, or rising.
+cv::Mat stripes(double period_px, Random& random) {
+  const double angle =
+      random.chance(0.5) ? random.below(2) * std::numbers::pi / 2 : random.between(0, std::numbers::pi);
+  const double across = std::cos(angle) / period_px, down = std::sin(angle) / period_px, first = random.between(0, 1);
+  const int form = random.below(3);
+  cv::Mat out(kBareSide_px, kBareSide_px, CV_32FC1);
+  for (int y = 0; y < out.rows; ++y) {
+    for (int x = 0; x < out.cols; ++x) {
+      const double at = first + across * x + down * y, phase = at - std::floor(at);
+      out.at<float>(y, x) = float(form == 0   ? std::sin(2 * std::numbers::pi * phase)
+                                  : form == 1 ? (phase < 0.5 ? -1 : 1)
+                                              : 2 * phase - 1);
+    }
+  }
+  return out;
+}
+
+// Cells of one tone each.
+cv::Mat mosaic(double cell_px, Random& random) {
+  const int across = int(kBareSide_px / cell_px) + 1;
+  cv::Mat tones(across, across, CV_32FC1), out;
+  for (int y = 0; y < across; ++y)
+    for (int x = 0; x < across; ++x) tones.at<float>(y, x) = float(random.normal());
+  cv::resize(tones, out, {}, cell_px, cell_px, cv::INTER_NEAREST);
+  return out(cv::Rect(0, 0, kBareSide_px, kBareSide_px));
+}
+
+// What repeats, as weaving does, cells of both directions smaller than houses; or even noise.
+cv::Mat pattern(Random& random) {
+  constexpr double kLeast_px = 2, kMostCell_px = 9, kMostStripe_px = 60;
+  const int kind = random.below(5);
+  if (kind == 0) return stripes(random.between(kLeast_px, kMostStripe_px), random);
+  if (kind == 1) return mosaic(random.below(int(kMostCell_px) - 1) + 1, random);
+  if (kind == 2) return grain(random.between(0, 3), random);
+  const cv::Mat one = stripes(random.between(kLeast_px, kMostCell_px), random),
+                other = stripes(random.between(kLeast_px, kMostCell_px), random);
+  return kind == 3 ? cv::Mat(0.7 * (one + other)) : one.mul(other);
+}
+
+KnownScene without_objects(const std::string& name, const cv::Mat& tones, const cv::Scalar& colour) {
+  KnownScene out;
+  out.name = name;
+  std::array<cv::Mat, 3> bands;
+  for (size_t k = 0; k < 3; ++k) cv::Mat(tones + colour[int(k)]).convertTo(bands[k], CV_8U);
+  cv::merge(bands, out.image.pixels);
+  out.image.gsd_m = kLandmarkGsd_m;
+  out.allowed = cv::Mat(tones.size(), CV_8UC1, cv::Scalar(bit(Cover::kGround) | bit(Cover::kTree)));
+  for (cv::Mat& objects : out.objects) objects = cv::Mat::zeros(tones.size(), CV_32SC1);
+  return out;
+}
+
 }  // namespace
 
 KnownScene read_known_world(const std::string& folder) {
@@ -331,25 +398,21 @@ KnownScene varied(const KnownScene& scene, int side, uint64_t seed) {
 }
 
 KnownScene bare_scene(uint64_t seed) {
-  constexpr int kSide_px = 320;
   Random random(seed);
   const double roughness = random.between(4, 45), grain_px = random.between(0, 3);
   const cv::Scalar colour(random.between(30, 190), random.between(40, 190), random.between(25, 170));
-  cv::Mat grain(kSide_px, kSide_px, CV_32FC1);
-  for (int y = 0; y < kSide_px; ++y)
-    for (int x = 0; x < kSide_px; ++x) grain.at<float>(y, x) = float(random.normal());
-  if (grain_px > 0.3) {
-    cv::GaussianBlur(grain, grain, {0, 0}, grain_px);
-    grain *= 2 * grain_px;  // a blur takes about as much
-  }
-  KnownScene out;
-  out.name = fmt::format("bare {}", seed);
-  std::array<cv::Mat, 3> bands;
-  for (size_t k = 0; k < 3; ++k) cv::Mat(grain * roughness + colour[int(k)]).convertTo(bands[k], CV_8U);
-  cv::merge(bands, out.image.pixels);
-  out.image.gsd_m = kLandmarkGsd_m;
-  out.allowed = cv::Mat(kSide_px, kSide_px, CV_8UC1, cv::Scalar(bit(Cover::kGround) | bit(Cover::kTree)));
-  for (cv::Mat& objects : out.objects) objects = cv::Mat::zeros(kSide_px, kSide_px, CV_32SC1);
+  return without_objects(fmt::format("bare {}", seed), grain(grain_px, random) * roughness, colour);
+}
+
+KnownScene pattern_scene(uint64_t seed) {
+  Random random(seed);
+  const cv::Mat tones = pattern(random) * random.between(4, 45);
+  const bool gray = random.chance(0.4);
+  cv::Scalar colour = cv::Scalar::all(random.between(35, 190));
+  for (int k = 1; k < 3 && !gray; ++k) colour[k] = random.between(35, 190);
+  KnownScene out = without_objects(fmt::format("pattern {}", seed), tones, colour);
+  out.allowed.setTo(bit(Cover::kGround));
+  out.only_colour = true;
   return out;
 }
 

@@ -30,6 +30,7 @@ struct KnownScene {
   std::array<cv::Mat, tiles::kLandmarkClasses> objects;
   std::vector<Spot> spots;  ///< buildings, all of them inside of `spotted`
   cv::Rect spotted;
+  bool only_colour = false;  ///< teaches nothing about gray images
 };
 
 /// A world in `folder` as `landfix synth` writes it. Throws as ingest::load_image and ingest::read_vectors.
@@ -46,6 +47,10 @@ std::vector<KnownScene> read_known_chips(const std::string& csv, const std::stri
 
 /// Ground, water or a closed wood without any landmark: even to rough, in a colour of its own, chosen by `seed`.
 KnownScene bare_scene(uint64_t seed);
+
+/// Stripes, waves or small cells, as furrows, vineyards and weaves have them, or noise, often gray, and no landmark.
+/// Only for images with colours: without them roofs are told by little else than their tone.
+KnownScene pattern_scene(uint64_t seed);
 
 /// Whether a region is one whole object of its class; nullopt where that is not known or neither right nor wrong.
 std::optional<bool> is_whole(const KnownScene& scene, const Region& region);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
@@ -253,6 +254,33 @@ TEST(FindLandmarks, NoConfidentNonsense) {
           << name << (gray ? " gray" : "");
       EXPECT_LE(all.size(), 25u) << name << (gray ? " gray" : "");  // a quarter of a square kilometre
     }
+  }
+}
+
+// All bands alike, of a tone per pixel.
+cv::Mat drawn(const cv::Size& size, const std::function<double(int x, int y)>& tone) {
+  cv::Mat out(size, CV_8UC3);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      out.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uint8_t>(tone(x, y)));
+  return out;
+}
+
+// Of what repeats: a weave, waves, tiles and squares as large as houses. Images with three bands, of one tone each.
+TEST(FindLandmarks, PatternsAreNoLandmarks) {
+  const cv::Size size(500, 500);
+  const std::pair<const char*, cv::Mat> scenes[] = {
+      {"clouds", noise(size, {120, 120, 120}, 120, 4)},
+      {"plaid",
+       drawn(size, [](int x, int y) { return (uint32_t(x) * 2654435761u ^ uint32_t(y) * 2246822519u) >> 24; })},
+      {"waves", drawn(size, [](int x, int y) { return 128 + 90 * std::sin(x / 3.1) * std::sin(y / 4.3); })},
+      {"mosaic", drawn(size, [](int x, int y) { return noise_at(x / 7, y / 7) >> 24; })},
+      {"checkers", drawn(size, [](int x, int y) { return (x / 12 + y / 12) % 2 == 0 ? 60 : 190; })},
+  };
+  for (const auto& [name, pixels] : scenes) {
+    const std::vector<Extracted> all = find_all(grid_image(pixels));
+    EXPECT_EQ(confident(all, LandmarkClass::kBuilding), 0u) << name;
+    EXPECT_LE(all.size(), 25u) << name;  // a quarter of a square kilometre
   }
 }
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kAway_m = 80;  // from what is held out: nothing that a pixel's numbers depend on is shared
 
-constexpr int kBareScenes = 24;  ///< without any landmark, so that rough ground is not taken for them
+// Without any landmark, so that rough ground and what repeats are not taken for them.
+constexpr int kBareScenes = 24, kPatternScenes = 72;
 
 struct Arguments {
   std::vector<std::string> worlds, chips, areas, away_from;
@@ -34,6 +35,8 @@ void run(const Arguments& a) {
       scenes.push_back(std::move(s));
   }
   for (int i = 0; i < kBareScenes; ++i) scenes.push_back(landmarks::bare_scene(a.training.seed * 1000 + uint64_t(i)));
+  for (int i = 0; i < kPatternScenes; ++i)
+    scenes.push_back(landmarks::pattern_scene(a.training.seed * 1000 + uint64_t(i)));
   landmarks::ObjectTrainingOptions options = a.training;
   options.on_progress = [](const std::string& text) { fmt::print(stderr, "{}\n", text); };
   const std::vector<uint8_t> bytes = landmarks::train_objects(scenes, options).serialise();
