@@ -18,7 +18,6 @@
 #include <utility>
 
 #include "builder/catalog/catalog.h"
-#include "builder/catalog/hash.h"
 #include "builder/error.h"
 #include "builder/export/vector_layers.h"
 #include "builder/layers/stack.h"
@@ -220,13 +219,8 @@ void Run::add_halved(const ingest::Stack& images, const tiles::TileIndex& block,
   const int32_t side = 1 << (block.level - level);
   for (int32_t n = 0; n < side * side; ++n) {
     const tiles::TileIndex tile{level, block.x * side + n % side, block.y * side + n / side};
-    for (layers::EpochTile& half : layers::halved(images, tile, used)) {
-      FinishedTile finished{name_of_epoch(half.epoch), level, {}, std::move(half.data), {}};
-      finished.record.key = tiles::hilbert_key(tile);
-      finished.record.length = uint32_t(finished.data.size());
-      finished.record.hash = catalog::hash_of(finished.data);
-      out.push_back(std::move(finished));
-    }
+    for (layers::EpochTile& half : layers::halved(images, tile, used))
+      out.push_back(catalog::finished_tile(name_of_epoch(half.epoch), tile, std::move(half.data)));
   }
 }
 
@@ -345,19 +339,15 @@ FinishedTile Run::parent_tile(const LayerPlan& layer, int level, std::span<const
 
 FinishedTile Run::encode(const LayerPlan& layer, const tiles::TileIndex& tile, const layers::TileData& data) const {
   const tiles::TileFormat& format = layer.info().format;
-  FinishedTile out;
-  out.layer = layer.info().name;
-  out.level = tile.level;
   CV_Assert(data.pixels.isContinuous() && data.pixels.total() * data.pixels.elemSize() == format.bytes());
-  out.data = tiles::encode(layer.codec, format, {data.pixels.ptr<uint8_t>(), format.bytes()}, plan_.encoding);
-  if (out.data.empty())
-    throw Error(ExitCode::kInternal, fmt::format("layer {}: a tile could not be encoded", out.layer));
-  out.record.key = tiles::hilbert_key(tile);
-  out.record.length = uint32_t(out.data.size());
+  std::vector<uint8_t> bytes =
+      tiles::encode(layer.codec, format, {data.pixels.ptr<uint8_t>(), format.bytes()}, plan_.encoding);
+  if (bytes.empty())
+    throw Error(ExitCode::kInternal, fmt::format("layer {}: a tile could not be encoded", layer.info().name));
+  FinishedTile out = catalog::finished_tile(layer.info().name, tile, std::move(bytes));
   out.record.codec = uint8_t(layer.codec);
   out.record.value_offset = data.value_offset;
   out.record.value_step = data.value_step;
-  out.record.hash = catalog::hash_of(out.data);
   out.epochs = data.epochs;
   return out;
 }

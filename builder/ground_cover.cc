@@ -5,7 +5,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "builder/catalog/hash.h"
 #include "builder/landmarks/object_model.h"
 #include "builder/layers/layer.h"
 #include "builder/layers/window.h"
@@ -36,13 +35,10 @@ uint8_t code_of(int is, int seen) { return uint8_t(seen > 0 ? 1 + (kMostShare * 
 
 // A byte for each kind of ground and square, rows from the north: 0 not known, 1 to 255 the share.
 FinishedTile journal_tile(const char* name, const tiles::TileIndex& block, const std::vector<Count>& counts) {
-  FinishedTile out{name, block.level, {}, {}, {}};
+  std::vector<uint8_t> data;
   for (const Count& c : counts)
-    for (size_t g = 0; g < kGrounds; ++g) out.data.push_back(code_of(c.is[g], c.seen[g]));
-  out.record.key = tiles::hilbert_key(block);
-  out.record.length = uint32_t(out.data.size());
-  out.record.hash = catalog::hash_of(out.data);
-  return out;
+    for (size_t g = 0; g < kGrounds; ++g) data.push_back(code_of(c.is[g], c.seen[g]));
+  return catalog::finished_tile(name, block, std::move(data));
 }
 
 // Adds the pixels of a block: `mask` 255 where they are such ground, `seen` 255 where that can be told.

@@ -13,7 +13,6 @@
 #include <map>
 #include <set>
 
-#include "builder/catalog/hash.h"
 #include "builder/export/vector_layers.h"
 #include "builder/ground_cover.h"
 #include "builder/landmarks/broad_regions.h"
@@ -56,12 +55,9 @@ static_assert(sizeof(StoredSighting) == 40);
 
 template <typename Stored>
 FinishedTile journal_tile(const std::string& name, const tiles::TileIndex& tile, const std::vector<Stored>& items) {
-  FinishedTile out{name, tile.level, {}, std::vector<uint8_t>(items.size() * sizeof(Stored)), {}};
-  if (!items.empty()) std::memcpy(out.data.data(), items.data(), out.data.size());
-  out.record.key = tiles::hilbert_key(tile);
-  out.record.length = uint32_t(out.data.size());
-  out.record.hash = catalog::hash_of(out.data);
-  return out;
+  std::vector<uint8_t> data(items.size() * sizeof(Stored));
+  if (!items.empty()) std::memcpy(data.data(), items.data(), data.size());
+  return catalog::finished_tile(name, tile, std::move(data));
 }
 
 template <typename Stored>

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <optional>
 
-#include "builder/catalog/hash.h"
 #include "builder/ground_cover.h"
 #include "builder/layers/layer.h"
 #include "builder/layers/window.h"
@@ -208,15 +207,9 @@ std::vector<FinishedTile> judge_places(const Plan& plan, const ingest::Stack& im
   std::ranges::sort(epochs);
   if (const std::vector<Footprint> footprints = footprints_at(plan, images.rect.level); !footprints.empty()) {
     const std::vector<cv::Mat> nodes = judge_block(plan, images, block, footprints);
-    for (size_t f = 0; f < footprints.size(); ++f) {
-      FinishedTile& tile = out.emplace_back();
-      tile.layer = JudgedBlocks(footprints[f], plan.image_level).name;
-      tile.level = block.level;
-      tile.data.assign(nodes[f].datastart, nodes[f].dataend);
-      tile.record.key = tiles::hilbert_key(block);
-      tile.record.length = uint32_t(tile.data.size());
-      tile.record.hash = catalog::hash_of(tile.data);
-    }
+    for (size_t f = 0; f < footprints.size(); ++f)
+      out.push_back(catalog::finished_tile(JudgedBlocks(footprints[f], plan.image_level).name, block,
+                                           {nodes[f].datastart, nodes[f].dataend}));
   }
   if (describes(plan, images.rect.level)) out.push_back(describe_ground(plan, images, block));
   for (FinishedTile& tile : out) tile.epochs = epochs;

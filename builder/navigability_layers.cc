@@ -12,7 +12,6 @@
 #include <set>
 #include <span>
 
-#include "builder/catalog/hash.h"
 #include "builder/export/vector_layers.h"
 #include "builder/ground_cover.h"
 #include "builder/layers/window.h"
@@ -221,12 +220,10 @@ FinishedTile encoded(const Footprint& f, const Places& places, const Catalog& ca
   std::set<uint16_t> epochs;
   for (const TileRecord& record : blocks)
     for (const uint16_t epoch : catalog.epochs_of(record)) epochs.insert(epoch);
-  FinishedTile out{tiles::layer_of(f), places.tile.level, {}, {}, {epochs.begin(), epochs.end()}};
-  out.data = tiles::encode(tiles::Codec::kZstd, kNavigabilityFormat, pixels, plan.encoding);
-  out.record.key = tiles::hilbert_key(places.tile);
-  out.record.length = uint32_t(out.data.size());
+  FinishedTile out = catalog::finished_tile(
+      tiles::layer_of(f), places.tile, tiles::encode(tiles::Codec::kZstd, kNavigabilityFormat, pixels, plan.encoding));
   out.record.codec = uint8_t(tiles::Codec::kZstd);
-  out.record.hash = catalog::hash_of(out.data);
+  out.epochs.assign(epochs.begin(), epochs.end());
   return out;
 }
 

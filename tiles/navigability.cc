@@ -55,7 +55,6 @@ uint8_t code_of_count(unsigned count) { return uint8_t(1 + std::min(count, 254U)
 unsigned count_of_code(uint8_t code) { return code == 0 ? 0U : code - 1U; }
 
 constexpr int kLastDay = 65534;  // in 2149
-constexpr double kDaysPerYear = 365.25;
 
 // "160" or "12.5": as layer_of writes it, and nothing else.
 std::optional<double> metres_of(std::string_view text) {

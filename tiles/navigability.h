@@ -75,6 +75,7 @@ struct Navigability {
 /// By how much the log odds of a fix fall with the logarithm of one more than the years since the newest image: 0.5 to
 /// 0.7 on real farmland of 2009 to 2018. Chances in a pack are those of images of kTypicalAgeYears.
 inline constexpr double kAgeing = 0.6, kTypicalAgeYears = 2, kOldYears = 5;
+inline constexpr double kDaysPerYear = 365.25;
 
 /// A chance that holds for images of kTypicalAgeYears, for those of `years`; at least 0 counts.
 double aged(double fix_probability, double years);

@@ -94,6 +94,14 @@ schema::TileRecord record_of(Statement& row) {
 
 }  // namespace
 
+FinishedTile finished_tile(std::string layer, const tiles::TileIndex& tile, std::vector<uint8_t> data) {
+  FinishedTile out{std::move(layer), tile.level, {}, std::move(data), {}};
+  out.record.key = tiles::hilbert_key(tile);
+  out.record.length = uint32_t(out.data.size());
+  out.record.hash = hash_of(out.data);
+  return out;
+}
+
 // The connection and the statements of `commit`, prepared once.
 class Catalog::Database {
  public:

@@ -14,6 +14,7 @@
 
 #include "builder/catalog/file.h"
 #include "schemas/pack_layout.h"
+#include "tiles/grid.h"
 
 namespace landfix::catalog {
 
@@ -36,6 +37,9 @@ struct FinishedTile {
   std::vector<uint8_t> data;
   EpochSet epochs = {};  ///< that went into it; empty: not stated
 };
+
+/// A tile as its bytes lie in the spool, with key, length and hash of its record; the rest of it as by default.
+FinishedTile finished_tile(std::string layer, const tiles::TileIndex& tile, std::vector<uint8_t> data);
 
 /// A folder with `catalog.sqlite` and `tiles.spool`. One process at a time works on it; a killed one leaves it
 /// consistent. `commit` and the queries belong to one thread at a time; `read` and `epochs_of` are safe from many. All

@@ -6,7 +6,6 @@
 #include <map>
 #include <tuple>
 
-#include "builder/catalog/hash.h"
 #include "builder/error.h"
 
 namespace landfix::exporter {
@@ -23,14 +22,8 @@ PackLayer vector_layer(const char* name, const char* description, VectorContent 
 
 catalog::FinishedTile finished(const char* layer, const tiles::TileIndex& tile, std::vector<uint8_t> data,
                                const EpochsOfTile& epochs) {
-  catalog::FinishedTile out;
-  out.layer = layer;
-  out.level = tile.level;
-  out.record.key = tiles::hilbert_key(tile);
-  out.record.length = uint32_t(data.size());
+  catalog::FinishedTile out = catalog::finished_tile(layer, tile, std::move(data));
   out.record.codec = uint8_t(tiles::Codec::kVector);
-  out.record.hash = catalog::hash_of(data);
-  out.data = std::move(data);
   if (epochs) out.epochs = epochs(tile);
   return out;
 }

@@ -8,11 +8,10 @@
 #include "runtime/nav/matcher.h"
 #include "runtime/nav/pack_map.h"
 #include "tiles/grid.h"
+#include "tiles/navigability.h"
 
 namespace landfix::tools {
 namespace {
-
-constexpr double kDaysPerYear = 365.25;
 
 // The epochs of the tile of a layer's finest level that a place lies in; none where the pack does not say.
 std::vector<uint16_t> epochs_at(const Pack& pack, uint32_t layer, double east_m, double north_m) {
@@ -40,7 +39,7 @@ std::optional<double> map_age_years(const Pack& pack, double east_m, double nort
     for (const uint16_t epoch : epochs_at(pack, *layer, east_m, north_m)) {
       const std::optional<int> taken = days_of(pack.epoch(epoch)->date);
       if (!taken) continue;
-      const double years = std::abs(day - *taken) / kDaysPerYear;
+      const double years = std::abs(day - *taken) / tiles::kDaysPerYear;
       age = std::min(age.value_or(years), years);
     }
   }

@@ -2,16 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "tools/common/vector_style.h"
+
 namespace landfix::tools {
 namespace {
 
 constexpr double kOpacity = 0.6;  // what lies below can still be seen
-
-std::string document(const std::string& body) {
-  return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-         "<qgis version=\"3.22.0\" styleCategories=\"Symbology\">\n" +
-         body + "</qgis>\n";
-}
 
 }  // namespace
 
@@ -40,7 +36,7 @@ std::string qgis_chance_style(const std::string& field) {
         i, kOpacity, c.colour[0], c.colour[1], c.colour[2]);
     lower = c.below;
   }
-  return document(fmt::format(
+  return qgis_document(fmt::format(
       R"( <renderer-v2 type="graduatedSymbol" attr="{}" graduatedMethod="GraduatedColor" symbollevels="0" forceraster="0" enableorderby="0">
   <ranges>
 {}  </ranges>
@@ -60,7 +56,7 @@ std::string qgis_chance_raster_style() {
     items += fmt::format("     <item value=\"{}\" label=\"{}\" color=\"#{:02x}{:02x}{:02x}\" alpha=\"255\"/>\n", value,
                          c.text, c.colour[0], c.colour[1], c.colour[2]);
   }
-  return document(fmt::format(
+  return qgis_document(fmt::format(
       R"( <pipe>
   <rasterrenderer type="singlebandpseudocolor" band="1" opacity="{}" alphaBand="-1" classificationMin="0" classificationMax="1">
    <rastershader>

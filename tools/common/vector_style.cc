@@ -80,9 +80,13 @@ std::string qgis_style(const std::string& layer) {
   const std::string renderer = layer == "landmarks"       ? by_class()
                                : layer == "intersections" ? single(marker("0", "diamond", {255, 255, 255}, 2.4))
                                                           : single(line("0", kRoadColour, 0.6));
+  return qgis_document(renderer);
+}
+
+std::string qgis_document(const std::string& body) {
   return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
          "<qgis version=\"3.22.0\" styleCategories=\"Symbology\">\n" +
-         renderer + "</qgis>\n";
+         body + "</qgis>\n";
 }
 
 }  // namespace landfix::tools

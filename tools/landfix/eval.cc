@@ -187,12 +187,7 @@ void add_register(CLI::App& eval_command) {
   sub->add_option("--key", a.key_files, "Trusted public key file of the map (may be repeated)")
       ->allow_extra_args(false);
   eval::RegisterOptions& o = a.options;
-  sub->add_option("--template-m", o.template_m, "Side of the templates, m")->capture_default_str();
-  sub->add_option("--search-m", o.search_m, "Search to every side of the truth, m")->capture_default_str();
-  sub->add_option("--hit-m", o.hit_m, "An answer this near to the truth is true, m")->capture_default_str();
-  sub->add_option("--samples", o.samples, "Templates per image and seed")->capture_default_str();
-  sub->add_option("--seed", o.seed, "First seed")->capture_default_str();
-  sub->add_option("--seeds", o.seeds, "Sets of samples, one per seed")->capture_default_str();
+  add_sampling(*sub, o);
   sub->add_option("--rotate-deg", a.rotate_deg, "Heading error of the templates (sigma), known to the registrar")
       ->capture_default_str();
   sub->add_option("--scale", o.scale_sigma, "Relative scale error of the templates (sigma), known to the registrar")

@@ -203,12 +203,7 @@ void add_eval_navigability(CLI::App& eval_command) {
   sub->add_option("--matcher", a.matchers, "all, auto, gray, edge, contour or orientation (may be repeated)")
       ->allow_extra_args(false)
       ->capture_default_str();
-  sub->add_option("--template-m", o.template_m, "Side of the templates, m")->capture_default_str();
-  sub->add_option("--search-m", o.search_m, "Search to every side of the truth, m")->capture_default_str();
-  sub->add_option("--hit-m", o.hit_m, "An answer this near to the truth is true, m")->capture_default_str();
-  sub->add_option("--samples", o.samples, "Templates per image and seed")->capture_default_str();
-  sub->add_option("--seed", o.seed, "First seed")->capture_default_str();
-  sub->add_option("--seeds", o.seeds, "Sets of samples, one per seed")->capture_default_str();
+  add_sampling(*sub, o);
   sub->add_option("--rim-px", o.rim_px, "Pixels around the template that serve the operators and do not vote")
       ->capture_default_str();
   add_threads(*sub, o.threads);

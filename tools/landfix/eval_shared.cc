@@ -31,6 +31,15 @@ void write_results(const EvalOutput& o, const std::string& text, const nlohmann:
   if (!o.json_file.empty()) write_text(o.json_file, json.dump(2) + "\n");
 }
 
+void add_sampling(CLI::App& command, eval::RegisterOptions& o) {
+  command.add_option("--template-m", o.template_m, "Side of the templates, m")->capture_default_str();
+  command.add_option("--search-m", o.search_m, "Search to every side of the truth, m")->capture_default_str();
+  command.add_option("--hit-m", o.hit_m, "An answer this near to the truth is true, m")->capture_default_str();
+  command.add_option("--samples", o.samples, "Templates per image and seed")->capture_default_str();
+  command.add_option("--seed", o.seed, "First seed")->capture_default_str();
+  command.add_option("--seeds", o.seeds, "Sets of samples, one per seed")->capture_default_str();
+}
+
 void add_threads(CLI::App& command, int& threads) {
   command.add_option("--threads", threads, "Threads; 0 for all cores")
       ->check(CLI::NonNegativeNumber)

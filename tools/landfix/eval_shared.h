@@ -7,6 +7,7 @@
 
 #include "landfix/landfix.hpp"
 #include "tools/eval/camera_image.h"
+#include "tools/eval/register.h"
 
 namespace landfix::tools {
 
@@ -21,6 +22,8 @@ struct EvalOutput {
 /// Text for people on standard output; JSON there instead where it is asked for as "-".
 void write_results(const EvalOutput& output, const std::string& text, const nlohmann::ordered_json& json);
 
+/// Which templates of the cameras are cut and searched.
+void add_sampling(CLI::App& command, eval::RegisterOptions& options);
 void add_threads(CLI::App& command, int& threads);
 void add_output(CLI::App& command, EvalOutput& output);
 void add_samples(CLI::App& command, EvalOutput& output);

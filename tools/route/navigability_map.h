@@ -3,10 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include "tiles/navigability.h"
 
 namespace landfix::route {
 
@@ -26,6 +30,20 @@ enum Reason : uint32_t {
   kOldMap = 1 << 11,
   kPartlyOffMap = 1 << 12,
 };
+
+/// Those that maps state, and how maps call them.
+inline constexpr std::array<std::pair<tiles::Reason, Reason>, tiles::kReasons> kReasonsOfMaps = {{
+    {tiles::Reason::kWater, kWater},
+    {tiles::Reason::kUniform, kUniformField},
+    {tiles::Reason::kWood, kForest},
+    {tiles::Reason::kRepeats, kRepeats},
+    {tiles::Reason::kRelief, kStrongRelief},
+    {tiles::Reason::kShadow, kShadow},
+    {tiles::Reason::kNoData, kPartlyOffMap},
+    {tiles::Reason::kDatesDisagree, kDatesDisagree},
+    {tiles::Reason::kOneDate, kOneDate},
+    {tiles::Reason::kOld, kOldMap},
+}};
 
 /// A pattern that looks the same so far away.
 struct Repeat {

@@ -13,28 +13,13 @@ namespace {
 
 constexpr double kSearchSigmas = 3.72;  ///< of the belief that a search reaches (error_model.h)
 
-constexpr std::array<std::pair<tiles::Reason, Reason>, tiles::kReasons> kReasonTable = {{
-    {tiles::Reason::kWater, kWater},
-    {tiles::Reason::kUniform, kUniformField},
-    {tiles::Reason::kWood, kForest},
-    {tiles::Reason::kRepeats, kRepeats},
-    {tiles::Reason::kRelief, kStrongRelief},
-    {tiles::Reason::kShadow, kShadow},
-    {tiles::Reason::kNoData, kPartlyOffMap},
-    {tiles::Reason::kDatesDisagree, kDatesDisagree},
-    {tiles::Reason::kOneDate, kOneDate},
-    {tiles::Reason::kOld, kOldMap},
-}};
-
 Navigability from_node(const tiles::Navigability& node) {
   Navigability n;
   n.fix_probability = node.fix_probability[size_t(tiles::Finder::kAuto)];
   n.false_probability = std::min(node.false_probability, 1 - n.fix_probability);
-  const Eigen::Vector2d along(std::sin(node.direction_rad), std::cos(node.direction_rad)),
-      across(along.y(), -along.x());
-  n.covariance_m2 = node.major_m * node.major_m * along * along.transpose() +
-                    node.minor_m * node.minor_m * across * across.transpose();
-  for (const auto& [in_file, here] : kReasonTable)
+  const std::array<double, 4> covariance_m2 = tools::covariance_of(node);
+  n.covariance_m2 = Eigen::Map<const Eigen::Matrix2d>(covariance_m2.data());  // symmetric: either order
+  for (const auto& [in_file, here] : kReasonsOfMaps)
     if (node.has(in_file)) n.reasons |= here;
   if (node.has(tiles::Reason::kRepeats) && node.rival_m > 0) n.repeat = Repeat{node.rival_m, node.rival_bearing_rad};
   return n;
