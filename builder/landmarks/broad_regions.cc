@@ -40,17 +40,12 @@ cv::Mat channel(const cv::Mat& view, int index) {
   return out;
 }
 
-// Logarithms of the colours, 100 for a factor of e; gray counts three times, as much as three equal colours.
 cv::Mat colours_of(const cv::Mat& view) {
-  std::vector<cv::Mat> out;
-  const int colours = view.channels() - kColours;
-  cv::Mat table(1, 256, CV_16S);
-  const double scale = 100 * std::sqrt(3.0 / colours);
-  for (int v = 0; v < 256; ++v) table.at<int16_t>(v) = int16_t(std::lround(scale * std::log(v + 8.0)));
-  for (int k = kColours; k < view.channels(); ++k) cv::LUT(channel(view, k), table, out.emplace_back());
+  std::vector<cv::Mat> colours;
+  for (int k = kColours; k < view.channels(); ++k) colours.push_back(channel(view, k));
   cv::Mat merged;
-  cv::merge(out, merged);
-  return merged;
+  cv::merge(colours, merged);
+  return log_colours(merged);
 }
 
 // The largest part of a mask without whiskers and holes, in its own box; false where it is of no size or shape.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <queue>
 #include <tuple>
@@ -179,6 +180,14 @@ class Merging {
 };
 
 }  // namespace
+
+cv::Mat log_colours(const cv::Mat& image) {
+  cv::Mat table(1, 256, CV_16S), out;
+  const double scale = 100 * std::sqrt(3.0 / image.channels());
+  for (int v = 0; v < 256; ++v) table.at<int16_t>(v) = int16_t(std::lround(scale * std::log(v + 8.0)));
+  cv::LUT(image, table, out);
+  return out;
+}
 
 MergeTree merge_regions(const cv::Mat& colours, const cv::Mat& mask, double most, int most_px) {
   return Merging(colours, mask, most, most_px).run();

@@ -20,6 +20,10 @@ struct MergeTree {
   std::vector<int32_t> pixels;  ///< row * columns + column, those of a node side by side
 };
 
+/// Logarithms of the values of an image (CV_8UC1 to 4), 100 for a factor of e, as colours to merge by: what light and
+/// shade multiply they shift. The fewer bands the more each counts, as much together as three.
+cv::Mat log_colours(const cv::Mat& image);
+
 /// Joins 4-neighbours of `mask` (CV_8UC1, not 0) while a merge costs no more than `most`: a b / (a + b) times the
 /// squared distance of the mean colours over the length of the common boundary, a and b the areas in pixels; what it
 /// adds to the piecewise constant Mumford-Shah functional (full lambda schedule: Koepfler, Lopez and Morel 1994;

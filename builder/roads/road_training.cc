@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "builder/point_grid.h"
+#include "builder/random.h"
 #include "builder/roads/road_candidates.h"
-#include "builder/training/random.h"
 #include "runtime/features/road_filter.h"
 
 namespace landfix::landmarks {

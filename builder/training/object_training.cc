@@ -9,8 +9,8 @@
 
 #include "builder/error.h"
 #include "builder/landmarks/extraction.h"
+#include "builder/random.h"
 #include "builder/training/boosting.h"
-#include "builder/training/random.h"
 
 namespace landfix::landmarks {
 namespace {

@@ -15,8 +15,8 @@
 #include "builder/ingest/window.h"
 #include "builder/landmarks/extraction.h"
 #include "builder/landmarks/kinds.h"
+#include "builder/random.h"
 #include "builder/training/chips.h"
-#include "builder/training/random.h"
 
 namespace landfix::landmarks {
 namespace {

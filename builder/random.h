@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace landfix::landmarks {
+namespace landfix {
 
 /// The engine's numbers are the standard's; its distributions are not.
 class Random {
@@ -31,4 +31,4 @@ void keep_some(std::vector<T>& all, size_t count, Random& random) {
   if (all.size() > count) all.resize(count);
 }
 
-}  // namespace landfix::landmarks
+}  // namespace landfix
