@@ -316,7 +316,7 @@ void Run::make_vector_tiles() {
 void Run::make_navigability_tiles() {
   if (plan_.footprints.empty()) return;
   progress_.begin("navigability", "passes", 1);
-  run_jobs({{{kNavigabilityStage, tiles::kNavigabilityLevel, 0}, 1}},
+  run_jobs({{{kNavigabilityStage, tiles::navigability_level(plan_.footprints[0]), 0}, 1}},
            [&](const Work&) { return link_navigability(plan_, catalog_); });
   progress_.end();
 }

@@ -23,8 +23,9 @@ constexpr double kShadowTone = 0.6;      // of the mean around: shadow is below
 constexpr double kShadowWindow_m = 30;   // larger than a shadow, smaller than a field
 constexpr double kCoarsestShadow_m = 2;  // in larger pixels none is resolved
 constexpr int kMostShare = 254;
+constexpr int kSquareLevel = 6;  // shares are kept of squares as large as its pixels
 
-int side_of_node_px(int level) { return int(std::lround(tiles::kNavigabilityGsd_m / tiles::gsd_of(level))); }
+int side_of_node_px(int level) { return int(std::lround(tiles::gsd_of(kSquareLevel - level))); }
 
 // A square of the map, in pixels that show it: of each kind of ground, and how many could have.
 struct Count {
@@ -141,7 +142,7 @@ struct GroundMap::Sums {
 GroundMap::~GroundMap() = default;
 
 GroundMap::GroundMap(const Plan& plan, const catalog::Catalog& catalog)
-    : nodes_(ingest::pixels_covering(plan.description.bounds, tiles::kNavigabilityLevel)) {
+    : nodes_(ingest::pixels_covering(plan.description.bounds, kSquareLevel)) {
   const int block_level = ground_level(plan) + layers::kBlockLog2;
   cv::Mat codes = cv::Mat::zeros(int(nodes_.height), int(nodes_.width), CV_8UC(int(kGrounds)));
   const cv::Rect map({}, codes.size());
@@ -174,7 +175,7 @@ GroundMap::GroundMap(const Plan& plan, const catalog::Catalog& catalog)
 }
 
 std::optional<double> GroundMap::share(Ground ground, double east_m, double north_m, double side_m) const {
-  const double node_m = tiles::kNavigabilityGsd_m;
+  const double node_m = tiles::gsd_of(kSquareLevel);
   const int reach = std::max(0, int(std::lround((side_m / node_m - 1) / 2)));
   const cv::Point middle(int(std::floor(east_m / node_m) - double(nodes_.column)),
                          int(std::floor(-north_m / node_m) - double(nodes_.row)));

@@ -41,13 +41,15 @@ navigability::Footprint view_of(const Footprint& f) {
 struct Dates {
   std::vector<features::GridImage> images;
   std::vector<std::optional<int>> days;
+  features::GridImage heights;  // without pixels where none are known, or not asked for
 };
 
-Dates dates_in(const ingest::Stack& images, const tiles::PixelRect& rect) {
+Dates dates_in(const Plan& plan, const ingest::Stack& images, const tiles::PixelRect& rect) {
   Dates out;
   const tiles::PixelRect seen = layers::intersection(rect, images.rect);
   if (seen.width == 0 || seen.height == 0) return out;
   const cv::Rect region = layers::region_of(seen, images.rect);
+  int whole = 0;
   for (const ingest::Epoch& epoch : images.epochs) {
     const cv::Mat valid = epoch.valid(region);
     if (cv::countNonZero(valid) == 0) continue;
@@ -56,6 +58,13 @@ Dates dates_in(const ingest::Stack& images, const tiles::PixelRect& rect) {
         epoch.roles.size() == 2 ? layers::newest({images.rect, {epoch}}, seen, 1).pixels : epoch.bands(region);
     out.images.push_back({bands, valid, seen.west_m(), seen.north_m(), tiles::gsd_of(seen.level)});
     out.days.push_back(nav::day_of(epoch.date.c_str()));
+    whole += cv::countNonZero(valid) == int(valid.total());
+  }
+  if (plan.elevation && whole < 2) {  // somewhere one date may be alone: views are drawn there
+    out.heights = plan.elevation->read(seen);
+    out.heights.west_m = seen.west_m();
+    out.heights.north_m = seen.north_m();
+    out.heights.gsd_m = tiles::gsd_of(seen.level);
   }
   return out;
 }
@@ -100,36 +109,28 @@ Navigability judged(const Plan& plan, const Predictors& p, const std::optional<i
   return out;
 }
 
-// A part of a block, whose nodes are judged one after the other.
-struct Part {
-  tiles::PixelRect rect;
-  cv::Point first;  // of its nodes, in the block
-};
-
-// Writes what is said of the nodes in a part of a block.
-void judge_part(const Plan& plan, const ingest::Stack& images, const Part& part,
+// Writes what is said of the nodes in a part of a block, the nodes of each footprint in an image of their own.
+void judge_part(const Plan& plan, const ingest::Stack& images, const tiles::PixelRect& part,
                 const std::vector<Footprint>& footprints, std::vector<cv::Mat>& nodes) {
-  const int level = part.rect.level;
-  const Dates dates = dates_in(images, layers::grown(part.rect, navigability_halo_px(plan, level)));
+  const Dates dates = dates_in(plan, images, layers::grown(part, navigability_halo_px(plan, part.level)));
   if (dates.images.empty()) return;
-  const double gsd_m = tiles::gsd_of(level), step_m = tiles::kNavigabilityGsd_m;
-  const int across = int(std::lround(double(part.rect.width) * gsd_m / step_m));
-  const auto column = std::lround(part.rect.west_m() / step_m), row = std::lround(part.rect.north_m() / step_m);
-  navigability::Witness witness(dates.images, plan.matchers);
-  for (int i = 0; i < across * across; ++i) {
-    const int x = i % across, y = i / across;
-    const double east_m = part.rect.west_m() + (x + 0.5) * step_m, north_m = part.rect.north_m() - (y + 0.5) * step_m;
-    const bool by_all = (column + x) % 2 == 0 && (row - y) % 2 == 0;
-    for (size_t f = 0; f < footprints.size(); ++f) {
-      const navigability::Footprint view = view_of(footprints[f]);
+  const double gsd_m = tiles::gsd_of(part.level);
+  navigability::Witness witness(dates.images, plan.matchers, dates.heights);
+  for (size_t f = 0; f < footprints.size(); ++f) {
+    const navigability::Footprint view = view_of(footprints[f]);
+    const double step_m = tiles::node_spacing_m(footprints[f]);
+    const auto column = std::lround(part.west_m() / step_m), row = std::lround(part.north_m() / step_m);
+    for (int i = 0; i < int(nodes[f].total()); ++i) {
+      const int x = i % nodes[f].cols, y = i / nodes[f].cols;
+      const double east_m = part.west_m() + (x + 0.5) * step_m, north_m = part.north_m() - (y + 0.5) * step_m;
       const Predictors p = witness.at(east_m, north_m, view, plan.matchers[0]);
       if (p.dates == 0) continue;
       Navigability place = judged(plan, p, dates.days[size_t(p.newest)], gsd_m);
+      const bool by_all = (column + x) % 2 == 0 && (row - y) % 2 == 0;
       for (size_t m = 1; m < plan.matchers.size() && by_all; ++m)
         place.fix_probability[size_t(finder_of(plan.matchers[m]))] =
             navigability::fix_probability(witness.at(east_m, north_m, view, plan.matchers[m]), plan.matchers[m]);
-      const NavigabilityPixel pixel = tiles::encode_navigability(place);
-      std::ranges::copy(pixel, nodes[f].ptr(part.first.y + y, part.first.x + x));
+      std::ranges::copy(tiles::encode_navigability(place), nodes[f].ptr(y, x));
     }
   }
 }
@@ -145,20 +146,25 @@ bool describes(const Plan& plan, int level) { return !plan.footprints.empty() &&
 
 std::vector<cv::Mat> judge_block(const Plan& plan, const ingest::Stack& images, const tiles::TileIndex& block,
                                  const std::vector<Footprint>& footprints) {
-  const int level = images.rect.level, side = JudgedBlocks(footprints[0], plan.image_level).side_nodes;
-  const int parts = std::min(kPartsPerBlock, side), part_nodes = side / parts;
-  const tiles::PixelRect core = layers::pixels_of(block, level);
-  const int part_px = int(core.width) / parts;
   std::vector<cv::Mat> nodes;
-  for (size_t f = 0; f < footprints.size(); ++f)
+  int parts = kPartsPerBlock;
+  for (const Footprint& f : footprints) {
+    const int side = JudgedBlocks(f, plan.image_level).side_nodes;
     nodes.push_back(cv::Mat::zeros(side, side, CV_8UC(int(tiles::kNavigabilityChannels))));
+    parts = std::min(parts, side);
+  }
+  const tiles::PixelRect core = layers::pixels_of(block, images.rect.level);
+  const int part_px = int(core.width) / parts;
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_for(0, parts * parts, [&](int i) {
       const int x = i % parts, y = i / parts;
-      judge_part(plan, images,
-                 {{level, core.column + x * part_px, core.row + y * part_px, part_px, part_px},
-                  {x * part_nodes, y * part_nodes}},
-                 footprints, nodes);
+      std::vector<cv::Mat> own;
+      for (const cv::Mat& all : nodes) {
+        const int side = all.cols / parts;
+        own.push_back(all(cv::Rect(x * side, y * side, side, side)));
+      }
+      judge_part(plan, images, {core.level, core.column + x * part_px, core.row + y * part_px, part_px, part_px},
+                 footprints, own);
     });
   });
   return nodes;
@@ -168,7 +174,7 @@ std::vector<cv::Mat> judge_block(const Plan& plan, const ingest::Stack& images, 
 
 int matched_level(const Footprint& footprint, int image_level) {
   const int level = int(std::floor(std::log2(footprint.template_m / kLeastView_px)));
-  return std::clamp(level, image_level, tiles::kNavigabilityLevel - layers::kBlockLog2);
+  return std::max(image_level, std::min(level, tiles::navigability_level(footprint) - layers::kBlockLog2));
 }
 
 int navigability_halo_px(const Plan& plan, int level) {
@@ -182,7 +188,7 @@ bool judges(const Plan& plan, int level) { return describes(plan, level) || !foo
 
 JudgedBlocks::JudgedBlocks(const Footprint& footprint, int image_level)
     : name("found/" + tiles::layer_of(footprint)), level(matched_level(footprint, image_level) + layers::kBlockLog2) {
-  side_nodes = int(std::lround(tiles::tile_side(level) / tiles::kNavigabilityGsd_m));
+  side_nodes = int(std::lround(tiles::tile_side(level) / tiles::node_spacing_m(footprint)));
 }
 
 Finder finder_of(nav::Method method) {

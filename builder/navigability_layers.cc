@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <utility>
 
 #include "builder/export/vector_layers.h"
 #include "builder/ground_cover.h"
@@ -34,6 +35,7 @@ constexpr double kMuch = 0.5;               // of a view, of water or wood
 constexpr double kMuchShadow = 0.25;        // the rest lies beside it
 constexpr double kStrongRelief = 1.0 / 12;  // of the view's side: standard deviation of its heights
 constexpr int kHeightLevel = 4;             // at which heights are looked at
+constexpr double kLandmarkCell_m = 64;      // of the grid that landmarks are looked up in
 
 // The nodes of a tile, rows from the north.
 struct Places {
@@ -45,8 +47,9 @@ struct Places {
   std::optional<Navigability>& at(int x, int y) { return nodes[size_t(y) * kSide + size_t(x)]; }
   cv::Point2d middle(size_t node) const {
     const double side_m = tiles::tile_side(tile.level);
-    return {tile.x * side_m + (double(node % kSide) + 0.5) * tiles::kNavigabilityGsd_m,
-            (tile.y + 1) * side_m - (double(node / kSide) + 0.5) * tiles::kNavigabilityGsd_m};
+    const double spacing_m = tiles::gsd_of(tile.level);
+    return {tile.x * side_m + (double(node % kSide) + 0.5) * spacing_m,
+            (tile.y + 1) * side_m - (double(node / kSide) + 0.5) * spacing_m};
   }
 };
 
@@ -132,7 +135,7 @@ struct Surroundings {
   }
 
   std::vector<tiles::Landmark> landmarks;
-  landmarks::PointGrid grid{tiles::kNavigabilityGsd_m};
+  landmarks::PointGrid grid{kLandmarkCell_m};
   GroundMap ground;
 };
 
@@ -247,32 +250,37 @@ exporter::PackLayer navigability_layer(const Footprint& footprint) {
       "landmarks, reasons",
       footprint.template_m, footprint.search_m);
   layer.format = kNavigabilityFormat;
-  layer.levels.push_back({tiles::kNavigabilityLevel, {}});
+  layer.levels.push_back({tiles::navigability_level(footprint), {}});
   return layer;
 }
 
 std::vector<FinishedTile> link_navigability(const Plan& plan, const Catalog& catalog) {
-  std::map<uint64_t, std::vector<std::vector<TileRecord>>> tiles;  // records of every footprint, by tile
-  double reach_m = 0;
-  for (size_t i = 0; i < plan.footprints.size(); ++i) {
-    const JudgedBlocks blocks(plan.footprints[i], plan.image_level);
+  struct Judged {
+    const Footprint* footprint = nullptr;
+    std::vector<TileRecord> blocks;
+  };
+  std::map<std::pair<int, uint64_t>, std::vector<Judged>> tiles;  // by level and key
+  for (const Footprint& f : plan.footprints) {
+    const JudgedBlocks blocks(f, plan.image_level);
+    const int level = tiles::navigability_level(f);
     for (const TileRecord& record : catalog.tiles(blocks.name, blocks.level)) {
-      auto& records = tiles[record.key >> 2 * (tiles::kNavigabilityLevel - blocks.level)];
-      records.resize(plan.footprints.size());
-      records[i].push_back(record);
+      std::vector<Judged>& judged = tiles[{level, record.key >> 2 * (level - blocks.level)}];
+      if (judged.empty() || judged.back().footprint != &f) judged.push_back({&f, {}});
+      judged.back().blocks.push_back(record);
     }
-    reach_m = std::max(reach_m, plan.footprints[i].template_m / 2);
   }
+  double reach_m = 0;
+  for (const Footprint& f : plan.footprints) reach_m = std::max(reach_m, f.template_m / 2);
   const Surroundings surroundings(plan, catalog);
   std::vector<FinishedTile> out;
-  for (const auto& [key, records] : tiles) {
-    const tiles::TileIndex tile = tiles::tile_of_key(tiles::kNavigabilityLevel, key);
+  for (const auto& [place, footprints] : tiles) {
+    const tiles::TileIndex tile = tiles::tile_of_key(place.first, place.second);
     const Relief relief(plan, tile, reach_m);
-    for (size_t i = 0; i < plan.footprints.size(); ++i) {
-      const Footprint& f = plan.footprints[i];
-      Places places = places_of(catalog, records[i], tile, JudgedBlocks(f, plan.image_level));
+    for (const Judged& judged : footprints) {
+      const Footprint& f = *judged.footprint;
+      Places places = places_of(catalog, judged.blocks, tile, JudgedBlocks(f, plan.image_level));
       if (finish_places(plan, surroundings, relief, f, places))
-        out.push_back(encoded(f, places, catalog, records[i], plan));
+        out.push_back(encoded(f, places, catalog, judged.blocks, plan));
     }
   }
   return out;
@@ -282,7 +290,7 @@ std::vector<std::string> text_of_navigability(const Plan& plan, const Catalog& c
   std::vector<std::string> out;
   for (const Footprint& f : plan.footprints) {
     std::vector<double> chances;
-    for (const TileRecord& record : catalog.tiles(tiles::layer_of(f), tiles::kNavigabilityLevel))
+    for (const TileRecord& record : catalog.tiles(tiles::layer_of(f), tiles::navigability_level(f)))
       for_each_node(catalog, record,
                     [&](const Navigability& n) { chances.push_back(n.fix_probability[size_t(tiles::Finder::kAuto)]); });
     if (chances.empty()) {

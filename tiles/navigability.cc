@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "tiles/grid.h"
+
 namespace landfix::tiles {
 namespace {
 
@@ -54,6 +56,7 @@ double share_of_code(uint8_t code) { return code == 0 ? 0 : (code - 1) / 254.0; 
 uint8_t code_of_count(unsigned count) { return uint8_t(1 + std::min(count, 254U)); }
 unsigned count_of_code(uint8_t code) { return code == 0 ? 0U : code - 1U; }
 
+constexpr int kFinestLevel = 0, kCoarsestLevel = 6;
 constexpr int kLastDay = 65534;  // in 2149
 
 // "160" or "12.5": as layer_of writes it, and nothing else.
@@ -89,6 +92,12 @@ std::optional<Footprint> footprint_named(std::string_view text) {
   if (!view || !search) return std::nullopt;
   return Footprint{*view, *search};
 }
+
+int navigability_level(const Footprint& f) {
+  return std::clamp(int(std::floor(std::log2(f.template_m / 2))), kFinestLevel, kCoarsestLevel);
+}
+
+double node_spacing_m(const Footprint& f) { return gsd_of(navigability_level(f)); }
 
 double aged(double fix_probability, double years) {
   const double change = kAgeing * (std::log1p(std::max(years, 0.0)) - std::log1p(kTypicalAgeYears));

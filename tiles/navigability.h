@@ -48,9 +48,11 @@ std::optional<Footprint> footprint_of(std::string_view layer);
 /// "160/320"; nullopt for any other text, and for lengths that are not positive.
 std::optional<Footprint> footprint_named(std::string_view text);
 
-/// Level of the layers: one pixel is a node of 64 m, at most half a footprint.
-inline constexpr int kNavigabilityLevel = 6;
-inline constexpr double kNavigabilityGsd_m = 64;
+/// Level of the layer of a footprint: one pixel is a node, and they lie at most half a view apart; 64 m from views of
+/// 128 m on.
+int navigability_level(const Footprint& footprint);
+/// How far the nodes of a footprint lie apart.
+double node_spacing_m(const Footprint& footprint);
 
 struct Navigability {
   /// Chance of a fix within the tolerance of the truth, from images kTypicalAgeYears old; NaN: not judged.

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "builder/navigability/information.h"
 #include "builder/navigability/model_table.h"
 
 namespace landfix::navigability {
@@ -19,12 +20,12 @@ constexpr double kMostCertain = 0.995;
 /// tamer.
 constexpr double kPassingMisses = 0.1;
 
-/// Scale of the matches' covariances and floor in pixels: from dates that are matched with each other, and from one
-/// that is matched with itself, which is far too sharp.
+/// Scale of the matches' covariances and floor in pixels: from dates that are matched with each other, and from altered
+/// views of one.
 struct Spread {
   double scale, floor_px2;
 };
-constexpr Spread kBetweenDates{0.5, 0.16}, kOfOneDate{5, 0.4};
+constexpr Spread kBetweenDates{0.5, 0.16}, kOfOneDate{1, 0.4};
 
 double logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
@@ -38,9 +39,10 @@ double fix_probability(const Predictors& p, nav::Method method) {
   if (p.dates == 0) return 0;
   const double size = std::log(std::max(p.template_px, 1.0) / 40), structure = std::log(p.structure + kLeastStructure);
   const double logit =
-      p.dates > 1 ? weighted(kSeveralDates[size_t(method)], {1, p.least_logit, p.mean_logit, structure, p.background,
-                                                             size, 1.0 / (p.dates * (p.dates - 1))})
-                  : weighted(kOneDate[size_t(method)], {1, p.structure, p.background, p.crest, size});
+      p.dates > 1
+          ? weighted(kSeveralDates[size_t(method)],
+                     {1, p.least_logit, p.mean_logit, structure, p.background, size, 1.0 / (p.dates * (p.dates - 1))})
+          : weighted(kOneDate[size_t(method)], {1, structure, p.background, p.mean_logit, size, p.mean_logit * size});
   return std::clamp(logistic(logit), 1 - kMostCertain, kMostCertain);
 }
 
@@ -52,7 +54,7 @@ std::array<double, 4> fix_covariance_m2(const Predictors& p, double gsd_m) {
   for (double& v : out) v *= s.scale;
   out[0] += s.floor_px2 * gsd_m * gsd_m;
   out[3] += s.floor_px2 * gsd_m * gsd_m;
-  return out;
+  return bounded_below(out, p.least_covariance_m2);
 }
 
 }  // namespace landfix::navigability

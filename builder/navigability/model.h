@@ -18,8 +18,9 @@ double fix_probability(const Predictors& predictors, nav::Method method = nav::M
 /// over all places, not at each.
 double false_fix_probability(double fix);
 
-/// Covariance of a true fix's error, row-major over (east, north), in m²: that of the matches between the dates,
-/// scaled to what their errors are, and a floor for what dates lie apart. `gsd_m`: of the level that was matched.
+/// Covariance of a true fix's error, row-major over (east, north), in m²: that of the matches, scaled to what their
+/// errors are, a floor for what dates lie apart, and in no direction below the Cramér-Rao bound. `gsd_m`: of the level
+/// that was matched.
 std::array<double, 4> fix_covariance_m2(const Predictors& predictors, double gsd_m);
 
 }  // namespace landfix::navigability

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "builder/navigability/altered_views.h"
+#include "builder/navigability/information.h"
 #include "runtime/features/gray.h"
 #include "runtime/features/orientation.h"
 #include "runtime/nav/image_map.h"
@@ -40,7 +42,7 @@ GridImage seen_by_camera(const GridImage& image) {
   return out;
 }
 
-/// Sums over any rectangle of how long the orientation vectors are, to the powers that are needed.
+/// Sums over any rectangle of how long the orientation vectors are.
 class Structure {
  public:
   explicit Structure(const GridImage& image) {
@@ -49,30 +51,26 @@ class Structure {
     std::vector<cv::Mat> channels;
     cv::split(ab, channels);
     cv::sqrt(channels[0].mul(channels[0]) + channels[1].mul(channels[1]), length);
-    const cv::Mat squared = length.mul(length);
-    cv::integral(length, sums_[0], CV_64F);
-    cv::integral(squared, sums_[1], CV_64F);
-    cv::integral(squared.mul(length), sums_[2], CV_64F);
-    cv::integral(valid / 255, sums_[3], CV_64F);
+    cv::integral(length, lengths_, CV_64F);
+    cv::integral(valid / 255, pixels_, CV_64F);
   }
 
-  double pixels(const cv::Rect& r) const { return sum(3, r); }
-  double mean(const cv::Rect& r) const { return sum(0, r) / std::max(pixels(r), 1.0); }
-  double crest(const cv::Rect& r) const { return sum(2, r) / std::max(sum(1, r), 1e-3 * r.area()); }
+  double pixels(const cv::Rect& r) const { return sum(pixels_, r); }
+  double mean(const cv::Rect& r) const { return sum(lengths_, r) / std::max(pixels(r), 1.0); }
 
  private:
-  double sum(size_t power, const cv::Rect& r) const {
-    const cv::Mat_<double> s = sums_[power];
+  static double sum(const cv::Mat_<double>& s, const cv::Rect& r) {
     return s(r.y + r.height, r.x + r.width) - s(r.y, r.x + r.width) - s(r.y + r.height, r.x) + s(r.y, r.x);
   }
 
-  std::array<cv::Mat, 4> sums_;
+  cv::Mat lengths_, pixels_;
 };
 
-/// A rectangle of an image that may reach beyond it: there, nothing is valid.
+/// A rectangle of an image that may reach beyond it: there, nothing is valid. West and north are relative to its
+/// middle.
 GridImage cut(const GridImage& image, const cv::Rect& wanted) {
-  GridImage out{cv::Mat::zeros(wanted.size(), image.pixels.type()), cv::Mat::zeros(wanted.size(), CV_8U), 0, 0,
-                image.gsd_m};
+  GridImage out{cv::Mat::zeros(wanted.size(), image.pixels.type()), cv::Mat::zeros(wanted.size(), CV_8U),
+                -0.5 * wanted.width * image.gsd_m, 0.5 * wanted.height * image.gsd_m, image.gsd_m};
   const cv::Rect inside = wanted & cv::Rect({0, 0}, image.pixels.size());
   if (inside.empty()) return out;
   const cv::Rect there = inside - wanted.tl();
@@ -158,23 +156,28 @@ std::optional<LookAlike> strongest_look_alike(const Around& mean, double hit_m) 
 }  // namespace
 
 struct Witness::State {
+  /// A date, and the map that it is matched with.
   struct Date {
     GridImage camera;  ///< what a camera would have seen
     Structure structure;
+    Information information;
     /// Of all other dates, or of this one where there is no other; registrars point to them.
     std::optional<nav::ImageMap> fused, newest;
     std::array<std::unique_ptr<nav::Registrar>, std::size(nav::kMethods)>
         registrars;  ///< by method; null: not asked for
 
     Date(const GridImage& image, std::span<const GridImage> others, std::span<const nav::Method> methods)
-        : camera(seen_by_camera(image)), structure(image) {
+        : camera(seen_by_camera(image)),
+          structure(image),
+          information(camera, others.empty() ? GridImage{} : newest_of(others)) {
+      const std::span<const GridImage> shown = others.empty() ? std::span(&image, 1) : others;
       std::vector<nav::MapLayer> layers;
       for (const nav::Method method : methods)
         if (method == nav::Method::kOrientation)
-          fused.emplace(others, 1, 0, std::array{nav::MapLayer::kOrientation});
+          fused.emplace(shown, 1, 0, std::array{nav::MapLayer::kOrientation});
         else
           layers.push_back(nav::layer_of(method));
-      if (!layers.empty()) newest.emplace(newest_of(others), 1, 0, layers);
+      if (!layers.empty()) newest.emplace(newest_of(shown), 1, 0, layers);
       for (const nav::Method method : methods) {
         nav::RegistrationOptions o;
         o.method = method;
@@ -187,7 +190,13 @@ struct Witness::State {
     Date& operator=(const Date&) = delete;
   };
 
-  /// What the matches of the dates add up to.
+  /// A date that alone shows a place.
+  struct Alone {
+    std::shared_ptr<Date> date;  ///< matched with itself
+    AlteredViews views;
+  };
+
+  /// What matches add up to.
   struct Sums {
     std::vector<double> logits;
     double background = 0, found = 0, accepted = 0, weight = 0;
@@ -196,25 +205,47 @@ struct Witness::State {
     int surfaces = 0;
   };
 
-  void match(Date& date, nav::Method method, const cv::Point& corner, const Footprint& footprint, Sums& sums);
+  /// A square of a date's image, and where its middle is.
+  struct Place {
+    const Footprint& footprint;
+    nav::Method method;
+    cv::Point corner;
+    int half_px = 0;  ///< rim included
+    double east_m = 0, north_m = 0;
 
-  std::vector<std::unique_ptr<Date>> dates;  ///< registrars point to the maps beside them
+    cv::Rect square() const { return {corner.x - half_px, corner.y - half_px, 2 * half_px, 2 * half_px}; }
+  };
+
+  Alone& alone(size_t date);
+  void match(Date& date, const Place& place, const GridImage& patch, Sums& sums);
+  Sums match_altered(Alone& alone, const Place& place);
+
+  std::vector<GridImage> images;
+  std::vector<nav::Method> methods;
+  GridImage heights;
+  std::vector<std::shared_ptr<Date>> dates;         ///< registrars point to the maps beside them
+  std::vector<std::unique_ptr<Alone>> alone_dates;  ///< made when a place asks for them
   nav::Registration found;
 };
 
-void Witness::State::match(Date& date, nav::Method method, const cv::Point& corner, const Footprint& f, Sums& sums) {
-  const double gsd = date.camera.gsd_m;
-  const int half = int(std::lround(0.5 * f.template_m / gsd)) + kRimPx;
-  GridImage patch = cut(date.camera, {corner.x - half, corner.y - half, 2 * half, 2 * half});
-  patch.west_m = -half * gsd;
-  patch.north_m = half * gsd;
+Witness::State::Alone& Witness::State::alone(size_t date) {
+  if (!alone_dates[date]) {
+    const auto itself =
+        dates.size() == 1 ? dates[0] : std::make_shared<Date>(images[date], std::span<const GridImage>{}, methods);
+    alone_dates[date] = std::make_unique<Alone>(Alone{itself, AlteredViews(itself->camera, heights)});
+  }
+  return *alone_dates[date];
+}
+
+void Witness::State::match(Date& date, const Place& place, const GridImage& patch, Sums& sums) {
+  const Footprint& f = place.footprint;
   nav::RegistrationPrior prior;
-  prior.east_m = date.camera.west_m + corner.x * gsd;
-  prior.north_m = date.camera.north_m - corner.y * gsd;
+  prior.east_m = place.east_m;
+  prior.north_m = place.north_m;
   const double variance = std::pow(f.search_m / kSigmas, 2);
   prior.covariance_m2 = {variance, 0, 0, variance};
   prior.sigmas = kSigmas;
-  date.registrars[size_t(method)]->run(patch, prior, found);
+  date.registrars[size_t(place.method)]->run(patch, prior, found);
   if (found.status != nav::Status::kOk && found.status != nav::Status::kImprobable) {
     sums.logits.push_back(-kLargestLogit);  // nothing to match: as good as not found
     return;
@@ -239,18 +270,42 @@ void Witness::State::match(Date& date, nav::Method method, const cv::Point& corn
   }
 }
 
-Witness::Witness(std::span<const GridImage> dates, std::span<const nav::Method> methods)
+// Few views scatter less than they might: as if one more had been this far off.
+bool sure_of_mean(const std::vector<double>& logits) {
+  constexpr double kUsualScatter = 2;
+  const double n = double(logits.size()), mean = std::accumulate(logits.begin(), logits.end(), 0.0) / n;
+  double squares = kUsualScatter * kUsualScatter;
+  for (const double l : logits) squares += (l - mean) * (l - mean);
+  return squares / n <= n * kLargestError * kLargestError;
+}
+
+Witness::State::Sums Witness::State::match_altered(Alone& alone, const Place& place) {
+  Sums sums;
+  const Footprint& f = place.footprint;
+  const AlteredViews::View view{place.corner, place.half_px, f.template_m, f.search_m / kSigmas};
+  for (int i = 0; i < kMostViews && (i < kLeastViews || !sure_of_mean(sums.logits)); ++i)
+    match(*alone.date, place, alone.views.draw(view, uint64_t(i)), sums);
+  return sums;
+}
+
+Witness::Witness(std::span<const GridImage> dates, std::span<const nav::Method> methods, const GridImage& heights)
     : state_(std::make_unique<State>()) {
   if (dates.empty()) throw std::invalid_argument("navigability: no image to judge by");
-  for (const GridImage& image : dates)
-    if (image.pixels.size() != dates[0].pixels.size() || image.gsd_m != dates[0].gsd_m ||
-        image.west_m != dates[0].west_m || image.north_m != dates[0].north_m)
-      throw std::invalid_argument("navigability: the dates' images differ in size, place or GSD");
+  const auto differs = [&](const GridImage& image) {
+    return image.pixels.size() != dates[0].pixels.size() || image.gsd_m != dates[0].gsd_m ||
+           image.west_m != dates[0].west_m || image.north_m != dates[0].north_m;
+  };
+  if (std::ranges::any_of(dates, differs) || (!heights.pixels.empty() && differs(heights)))
+    throw std::invalid_argument("navigability: the dates' images and the heights differ in size, place or GSD");
+  state_->images.assign(dates.begin(), dates.end());
+  state_->methods.assign(methods.begin(), methods.end());
+  state_->heights = heights;
+  state_->alone_dates.resize(dates.size());
   for (size_t i = 0; i < dates.size(); ++i) {
     std::vector<GridImage> others;
     for (size_t k = 0; k < dates.size(); ++k)
-      if (k != i || dates.size() == 1) others.push_back(dates[k]);
-    state_->dates.push_back(std::make_unique<State::Date>(dates[i], others, methods));
+      if (k != i) others.push_back(dates[k]);
+    state_->dates.push_back(std::make_shared<State::Date>(dates[i], others, methods));
   }
 }
 Witness::~Witness() = default;
@@ -265,38 +320,45 @@ Predictors Witness::at(double east_m, double north_m, const Footprint& f, nav::M
     throw std::invalid_argument("navigability: the witness was not made for this method");
   const GridImage& frame = state_->dates[0]->camera;
   const int side = 2 * int(std::lround(0.5 * f.template_m / frame.gsd_m));
-  const cv::Point corner(int(std::lround((east_m - frame.west_m) / frame.gsd_m)),
-                         int(std::lround((frame.north_m - north_m) / frame.gsd_m)));
-  const cv::Rect view(corner.x - side / 2, corner.y - side / 2, side, side),
+  State::Place place{f, method, {}, side / 2 + kRimPx};
+  place.corner = {int(std::lround((east_m - frame.west_m) / frame.gsd_m)),
+                  int(std::lround((frame.north_m - north_m) / frame.gsd_m))};
+  place.east_m = frame.west_m + place.corner.x * frame.gsd_m;
+  place.north_m = frame.north_m - place.corner.y * frame.gsd_m;
+  const cv::Rect view(place.corner.x - side / 2, place.corner.y - side / 2, side, side),
       inside = view & cv::Rect({0, 0}, frame.pixels.size());
   Predictors out;
   out.template_px = side;
   if (inside.empty()) return out;
+  std::vector<size_t> shown;
+  for (size_t i = 0; i < state_->dates.size(); ++i)
+    if (state_->dates[i]->structure.pixels(inside) >= kLeastCoverage * view.area()) shown.push_back(i);
+  if (shown.empty()) return out;
+  out.dates = int(shown.size());
+  out.newest = int(shown[0]);
+  const bool alone = out.dates == 1;
+  const double share = 1.0 / out.dates, px2 = frame.gsd_m * frame.gsd_m;
   State::Sums sums;
-  for (size_t i = 0; i < state_->dates.size(); ++i) {
-    const auto& date = state_->dates[i];
-    if (date->structure.pixels(inside) < kLeastCoverage * view.area()) continue;
-    if (out.dates++ == 0) out.newest = int(i);
-    out.coverage += date->structure.pixels(inside) / view.area();
-    out.structure += date->structure.mean(inside);
-    out.crest += date->structure.crest(inside);
-    state_->match(*date, method, corner, f, sums);
+  for (const size_t i : shown) {
+    State::Date& date = alone ? *state_->alone(i).date : *state_->dates[i];
+    out.coverage += share * date.structure.pixels(inside) / view.area();
+    out.structure += share * date.structure.mean(inside);
+    const std::array<double, 4> least = date.information.least_covariance_px2(view, f.search_m / frame.gsd_m);
+    for (size_t k = 0; k < 4; ++k) out.least_covariance_m2[k] += share * px2 * least[k];
+    state_->match(date, place, cut(date.camera, place.square()), sums);
   }
-  if (out.dates == 0) return out;
-  const double share = 1.0 / out.dates;
-  out.coverage *= share;
-  out.structure *= share;
-  out.crest *= share;
-  out.least_logit = *std::min_element(sums.logits.begin(), sums.logits.end());
-  out.mean_logit = share * std::accumulate(sums.logits.begin(), sums.logits.end(), 0.0);
-  out.found = share * sums.found;
-  out.accepted = share * sums.accepted;
-  if (sums.surfaces == 0) return out;
-  out.background = sums.background / sums.surfaces;
-  for (size_t i = 0; i < 4; ++i) out.covariance_m2[i] = sums.covariance_m2[i] / sums.weight;
-  const GridImage& s = sums.surface;
-  out.look_alike =
-      strongest_look_alike({s, frame.west_m + corner.x * frame.gsd_m, frame.north_m - corner.y * frame.gsd_m}, f.hit_m);
+  if (sums.surfaces > 0) {
+    out.background = sums.background / sums.surfaces;
+    out.look_alike = strongest_look_alike({sums.surface, place.east_m, place.north_m}, f.hit_m);
+  }
+  if (alone) sums = state_->match_altered(state_->alone(shown[0]), place);
+  out.views = int(sums.logits.size());
+  out.least_logit = *std::ranges::min_element(sums.logits);
+  out.mean_logit = std::accumulate(sums.logits.begin(), sums.logits.end(), 0.0) / out.views;
+  out.found = sums.found / out.views;
+  out.accepted = sums.accepted / out.views;
+  if (sums.weight > 0)
+    for (size_t i = 0; i < 4; ++i) out.covariance_m2[i] = sums.covariance_m2[i] / sums.weight;
   return out;
 }
 

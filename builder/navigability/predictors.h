@@ -2,9 +2,8 @@
 // the matcher that flies. model.h makes probabilities and covariances of it.
 //
 // Where the sources show a place on several dates, each date in turn is the camera, and the map is made of the others:
-// what the dates did to each other is what the next one will do. From one date no simulated change told more than how
-// much of the place has a distinct direction of its gradients, and how much the place resembles all of its
-// surroundings.
+// what the dates did to each other is what the next one will do. Where they show it on one, views are drawn as other
+// days may show it (altered_views.h), as many as it takes to be sure of their mean.
 #pragma once
 
 #include <array>
@@ -37,26 +36,28 @@ struct Predictors {
   double template_px = 0;  ///< side of the view at the level that was matched
   double coverage = 0;     ///< share of the view that these dates show, in the mean
 
-  /// Of the likelihood that lies within `hit_m` of the truth, where the date in question is matched with the others:
-  /// the date that fared worst, and the mean. Only for two dates and more.
+  int views = 0;  ///< that were matched: one of every date; of a single one, altered ones
+  /// Of the likelihood that lies within `hit_m` of the truth: the view that fared worst, and the mean.
   double least_logit = 0, mean_logit = 0;
-  double found = 0;     ///< share of the dates that were found within `hit_m`
-  double accepted = 0;  ///< share of the dates whose match passes the standard gate
+  double found = 0;     ///< share of the views that were found within `hit_m`
+  double accepted = 0;  ///< share of the views whose match passes the standard gate
 
   /// Mean length of the orientation vectors in the view over its dates, 0 to 1 (features::orientation).
   double structure = 0;
-  /// Σ length³ / Σ length² there: how strong those are that decide.
-  double crest = 0;
   /// Mean score farther than 2·`hit_m` from the truth: high where everything in the region runs in one direction.
   double background = 0;
 
   /// Mean of the covariances that the matches stated, in which those that missed hardly count; row-major over (east,
   /// north), in m².
   std::array<double, 4> covariance_m2{};
+  /// The Cramér-Rao bound of the view, in the mean over its dates (information.h).
+  std::array<double, 4> least_covariance_m2{};
   std::optional<LookAlike> look_alike;  ///< the strongest; none where nothing beyond the main lobe scores above 0
 };
 
 inline constexpr double kLargestLogit = 9.21;  ///< odds of 1 to 10 000
+inline constexpr double kLargestError = 1;     ///< of the mean over altered views: 0.03 or so of a chance
+inline constexpr int kLeastViews = 2, kMostViews = 12;
 inline constexpr nav::Method kOrientationOnly[] = {nav::Method::kOrientation};
 
 /// Gathers evidence over a piece of the map. Keeps the maps of every date; not for concurrent calls on one object.
@@ -64,16 +65,19 @@ class Witness {
  public:
   /// `dates`: one image per capture date, the newest first, of one size, place and GSD, as nav::ImageMap takes them;
   /// what a camera would see are the first three of four channels. `methods`: that places can be judged by; maps are
-  /// made as builds make them, orientation fused over the dates, all else from the newest that shows a pixel. Throws
+  /// made as builds make them, orientation fused over the dates, all else from the newest that shows a pixel.
+  /// `heights`: above the ellipsoid in metres, CV_32FC1 of the same grid; without pixels the ground is flat. Throws
   /// std::invalid_argument for no image or images of different shapes.
-  explicit Witness(std::span<const features::GridImage> dates, std::span<const nav::Method> methods = kOrientationOnly);
+  explicit Witness(std::span<const features::GridImage> dates, std::span<const nav::Method> methods = kOrientationOnly,
+                   const features::GridImage& heights = {});
   ~Witness();
   Witness(Witness&&) noexcept;
   Witness& operator=(Witness&&) noexcept;
 
   /// Evidence at a place by one of the methods, taken at the next corner of pixels. Dates that do not show at least
-  /// half of the view have no say. Throws std::invalid_argument for lengths that are not positive and for a method that
-  /// the witness was not made for.
+  /// half of the view have no say. Of a single date, kLeastViews are drawn or more, until the standard error of
+  /// `mean_logit` is at most kLargestError, at most kMostViews. Throws std::invalid_argument for lengths that are not
+  /// positive and for a method that the witness was not made for.
   Predictors at(double east_m, double north_m, const Footprint& footprint,
                 nav::Method method = nav::Method::kOrientation);
 

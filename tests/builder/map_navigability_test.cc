@@ -164,6 +164,35 @@ TEST_F(MapNavigability, OneDateSaysSo) {
   EXPECT_LT(chance(place, Finder::kAuto), 0.95) << "what will change is not known";
 }
 
+TEST_F(MapNavigability, OneDateIsDrawnAlikeByAnyNumberOfThreads) {
+  BuildOptions one = options({draw("undated.tif", fields(3, 0))}), two = one;
+  one.threads = 1, two.threads = 2;
+  two.output = path("two.lfpack");
+  run(one);
+  run(two);
+  EXPECT_EQ(bytes(one), bytes(two));
+}
+
+TEST_F(MapNavigability, NodesLieAtMostHalfAViewApart) {
+  BuildOptions o = fields_of({"2018-07-16", "2016-08-16"});
+  constexpr tiles::Footprint kSmall{64, 64};  // matched at 4 m as well
+  o.footprints = {kView, kSmall};
+  const tools::NavigabilityMap wide = judged(o), close{tools::open_pack(o.output.string()), kSmall, "close"};
+  EXPECT_EQ(wide.spacing_m(), 64);
+  EXPECT_EQ(close.spacing_m(), 32);
+  ASSERT_EQ(wide.columns(), 14);
+  ASSERT_EQ(close.columns(), 28);
+  ASSERT_EQ(close.rows(), 28);
+  for (int i = 1; i < 27; ++i) {
+    ASSERT_TRUE(close.node(i, i)) << i;
+    EXPECT_FALSE(close.node(i, i)->has(Reason::kNoData)) << "the whole view of two nodes a side is shown";
+    EXPECT_EQ(close.at(kWest_m + 32 * (i + 0.5), kNorth_m - 32 * (i + 0.5))->major_m, close.node(i, i)->major_m);
+  }
+  o.footprints = {kView};
+  EXPECT_EQ(chance(*judged(o).node(5, 5), Finder::kAuto), chance(*wide.node(5, 5), Finder::kAuto))
+      << "the same whatever else is judged";
+}
+
 TEST_F(MapNavigability, GrayImagesAreJudgedInGray) {
   BuildOptions o = options({});
   for (uint64_t i = 0; i < 2; ++i) {

@@ -16,7 +16,6 @@ Predictors usual() {
   p.least_logit = 0;
   p.mean_logit = 1.5;
   p.structure = 0.35;
-  p.crest = 0.7;
   p.background = 0.05;
   p.covariance_m2 = {30, 10, 10, 50};
   return p;
@@ -36,14 +35,17 @@ TEST(FixProbability, EvidenceForAPlaceRaisesIt) {
   EXPECT_LT(with(&Predictors::background, 0.3), usually);
 }
 
-TEST(FixProbability, OneDateIsJudgedByWhatItShows) {
+TEST(FixProbability, OneDateIsJudgedByWhatItShowsAndByViewsOfOtherDays) {
   Predictors p = usual();
   p.dates = 1;
   const double usually = fix_probability(p);
-  p.least_logit = p.mean_logit = -9;
-  EXPECT_EQ(fix_probability(p), usually) << "a date matched with itself proves nothing";
+  p.least_logit = -9;
+  EXPECT_EQ(fix_probability(p), usually) << "the worst of more or fewer views says nothing";
+  p.mean_logit = 4;
+  const double found = fix_probability(p);
+  EXPECT_GT(found, usually);
   p.structure = 0.6;
-  EXPECT_GT(fix_probability(p), usually);
+  EXPECT_GT(fix_probability(p), found);
 }
 
 TEST(FixProbability, NothingIsKnownWithoutADateAndNothingIsCertain) {
@@ -84,9 +86,15 @@ TEST(FixCovariance, ScalesWhatTheMatchesStatedAndHasAFloor) {
   EXPECT_DOUBLE_EQ(c[1], 0.5 * 10);
   EXPECT_EQ(c[1], c[2]);
   EXPECT_DOUBLE_EQ(c[3], 0.5 * 50 + 0.16 * 16);
-  Predictors alone = usual();
-  alone.dates = 1;
-  EXPECT_GT(fix_covariance_m2(alone, 4)[0], 4 * c[0]) << "a date matched with itself is far too sharp";
+}
+
+TEST(FixCovariance, IsNowhereBelowTheBound) {
+  Predictors p = usual();
+  p.covariance_m2 = {10, 0, 0, 10};
+  p.least_covariance_m2 = {1, 0, 0, 400};
+  const auto c = fix_covariance_m2(p, 4);
+  EXPECT_DOUBLE_EQ(c[0], 0.5 * 10 + 0.16 * 16);
+  EXPECT_NEAR(c[3], 400, 1e-9) << "along a road nobody knows better";
 }
 
 }  // namespace

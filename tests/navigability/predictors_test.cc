@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -134,6 +135,47 @@ TEST(Witness, GrayIsMatchedWithTheNewestDateThatShowsAPixel) {
   EXPECT_EQ(p.found, 1) << "where the newest date shows nothing the map has the next";
 }
 
+TEST(Witness, OneDateIsMatchedWithViewsOfOtherDays) {
+  const Predictors roofs = judge({fields(3, 0)});
+  EXPECT_EQ(roofs.dates, 1);
+  EXPECT_GE(roofs.views, kLeastViews);
+  EXPECT_LE(roofs.views, kMostViews);
+  cv::Mat grain(kSidePx, kSidePx, CV_8UC3);
+  cv::RNG(6).fill(grain, cv::RNG::UNIFORM, 90, 110);
+  const Predictors field = judge({ground(grain)});
+  EXPECT_GT(roofs.mean_logit, field.mean_logit + 3) << "a field's grain is another one on another day";
+  EXPECT_GT(roofs.found, 0.5);
+  EXPECT_LT(field.found, 0.5);
+  const Predictors again = judge({fields(3, 0)});
+  EXPECT_EQ(again.mean_logit, roofs.mean_logit);
+  EXPECT_EQ(again.covariance_m2, roofs.covariance_m2);
+}
+
+TEST(Witness, MoreViewsAreDrawnWhereTheyDisagree) {
+  EXPECT_EQ(judge({ground(cv::Mat(kSidePx, kSidePx, CV_8UC3, cv::Scalar(80, 120, 90)))}).views, kLeastViews)
+      << "nothing to be seen on any day";
+  EXPECT_EQ(judge({fields(3, 0)}).views, kLeastViews) << "found on every day";
+  EXPECT_GT(judge({bars(1)}).views, kLeastViews) << "some days hold it in north by chance";
+}
+
+TEST(Witness, WhereOneOfSeveralDatesIsAloneItIsJudgedAsIfItWereTheOnly) {
+  std::vector<GridImage> dates = {fields(3, 0), fields(8, 0)};
+  dates[1].valid = cv::Mat(kSidePx, kSidePx, CV_8U, cv::Scalar(0));
+  dates[1].valid.colRange(0, 20).setTo(255);  // far from the view
+  const Predictors p = judge(dates), only = judge({fields(3, 0)});
+  EXPECT_EQ(p.dates, 1);
+  EXPECT_EQ(p.newest, 0);
+  EXPECT_EQ(p.mean_logit, only.mean_logit);
+  EXPECT_EQ(p.background, only.background);
+  EXPECT_EQ(p.covariance_m2, only.covariance_m2);
+}
+
+TEST(Witness, TheBoundIsWideAlongBars) {
+  const Predictors p = judge({bars(1), bars(2)});
+  EXPECT_GT(p.least_covariance_m2[3], 4 * p.least_covariance_m2[0]);
+  EXPECT_GT(p.least_covariance_m2[0], 0);
+}
+
 TEST(Witness, BeyondTheImagesNothingIsKnown) {
   EXPECT_EQ(judge({fields(3, 0)}, 5000, 0).dates, 0);
   EXPECT_EQ(judge({fields(3, 0)}, kSidePx + 20, 0).dates, 0) << "less than half of the view is left";
@@ -142,6 +184,8 @@ TEST(Witness, BeyondTheImagesNothingIsKnown) {
 TEST(Witness, RefusesWhatCannotBeJudged) {
   EXPECT_THROW(Witness({}), std::invalid_argument);
   EXPECT_THROW(judge({fields(3, 0), ground(nav::testing::countryside(kSidePx - 2, 3))}), std::invalid_argument);
+  const GridImage heights{cv::Mat(kSidePx, kSidePx - 1, CV_32F, cv::Scalar(0)), {}, -kSidePx, kSidePx, 2};
+  EXPECT_THROW(Witness(std::vector{fields(3, 0)}, kOrientationOnly, heights), std::invalid_argument);
   Witness witness(std::vector{fields(3, 0)});
   EXPECT_THROW(witness.at(0, 0, {.template_m = 0}), std::invalid_argument);
   EXPECT_THROW(witness.at(0, 0, {.search_m = std::nan("")}), std::invalid_argument);

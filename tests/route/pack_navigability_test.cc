@@ -43,8 +43,8 @@ TEST_F(PackNavigabilityTest, SaysWhatTheNodeSays) {
   ASSERT_TRUE(east.repeat);
   EXPECT_NEAR(east.repeat->distance_m, 100, 5);
   EXPECT_NEAR(east.repeat->bearing_rad, M_PI / 2, 0.02);
-  EXPECT_FALSE(map->at(kEast + 5000, kNorth, 160, 20));  // nothing known
-  EXPECT_FALSE(map->at(kWestM - 10, kNorth, 160, 20));   // off the map
+  EXPECT_FALSE(map->at(kEast + 5000, kNorth, 160, 20));                                  // nothing known
+  EXPECT_FALSE(map->at(kTile.x * tiles::tile_side(kTile.level) - 10, kNorth, 160, 20));  // off the map
 }
 
 // Between two views by the logarithm: 160 is half way from 80 to 320. Smaller than all: its share of the ground. A

@@ -27,31 +27,19 @@ class NavigablePack : public testing::Test {
   using Draw = std::function<std::optional<tiles::Navigability>(double x_m, double y_m)>;
 
   void add(const tiles::Footprint& footprint, const Draw& draw) {
-    std::vector<uint8_t> pixels(kFormat.bytes(), 0);
-    for (size_t i = 0; i < pixels.size() / tiles::kNavigabilityChannels; ++i) {
-      const double column = double(i % tiles::kTilePixels) + 0.5, row = double(i / tiles::kTilePixels) + 0.5;
-      const auto what =
-          draw(kWestM + column * tiles::kNavigabilityGsd_m - kEast, kNorthM - row * tiles::kNavigabilityGsd_m - kNorth);
-      if (!what) continue;
-      const tiles::NavigabilityPixel pixel = tiles::encode_navigability(*what);
-      std::copy(pixel.begin(), pixel.end(), pixels.begin() + long(i * pixel.size()));
-    }
-    schema::TileRecord record{};
-    record.key = tiles::hilbert_key(kTile);
-    record.offset = data_.size();
-    record.codec = uint8_t(tiles::Codec::kZstd);
-    data_[record.offset] = tiles::encode(tiles::Codec::kZstd, kFormat, pixels, {});
-    record.length = uint32_t(data_[record.offset].size());
-    record.hash = catalog::hash_of(data_[record.offset]);
-    description_.layers.push_back(
-        {tiles::layer_of(footprint), "", kFormat, {{tiles::kNavigabilityLevel, {record}}}, {}});
+    const int level = tiles::navigability_level(footprint), side = 1 << (kTile.level - level);
+    exporter::PackLayer layer{tiles::layer_of(footprint), "", kFormat, {{level, {}}}, {}};
+    for (int32_t i = 0; i < side * side; ++i)
+      layer.levels[0].tiles.push_back(tile({level, kTile.x * side + i % side, kTile.y * side + i / side}, draw));
+    std::ranges::sort(layer.levels[0].tiles, {}, &schema::TileRecord::key);
+    description_.layers.push_back(layer);
   }
 
   Pack written() {
     const double side_m = tiles::tile_side(kTile.level);
     description_.zone = kZone;
     description_.plane_height_m = 400;
-    description_.geoid = ingest::GeoidGrid{"egm96", kWestM, kTile.y * side_m, side_m, 2, 2, {50, 50, 50, 50}};
+    description_.geoid = ingest::GeoidGrid{"egm96", kTile.x * side_m, kTile.y * side_m, side_m, 2, 2, {50, 50, 50, 50}};
     description_.bounds = {kTile.x * side_m, kTile.y * side_m, (kTile.x + 1) * side_m, (kTile.y + 1) * side_m};
     exporter::write_pack(path_, description_, [this](const schema::TileRecord& tile, std::span<uint8_t> out) {
       std::ranges::copy(data_.at(tile.offset), out.begin());
@@ -59,8 +47,28 @@ class NavigablePack : public testing::Test {
     return tools::open_pack(path_);
   }
 
-  static constexpr tiles::TileIndex kTile{tiles::kNavigabilityLevel, 30, 317};
-  static constexpr double kWestM = 30 * 16384.0, kNorthM = 318 * 16384.0;
+  schema::TileRecord tile(const tiles::TileIndex& at, const Draw& draw) {
+    const double spacing_m = tiles::gsd_of(at.level), west_m = at.x * tiles::tile_side(at.level),
+                 north_m = (at.y + 1) * tiles::tile_side(at.level);
+    std::vector<uint8_t> pixels(kFormat.bytes(), 0);
+    for (size_t i = 0; i < pixels.size() / tiles::kNavigabilityChannels; ++i) {
+      const double column = double(i % tiles::kTilePixels) + 0.5, row = double(i / tiles::kTilePixels) + 0.5;
+      const auto what = draw(west_m + column * spacing_m - kEast, north_m - row * spacing_m - kNorth);
+      if (!what) continue;
+      const tiles::NavigabilityPixel pixel = tiles::encode_navigability(*what);
+      std::copy(pixel.begin(), pixel.end(), pixels.begin() + long(i * pixel.size()));
+    }
+    schema::TileRecord record{};
+    record.key = tiles::hilbert_key(at);
+    record.offset = data_.size();
+    record.codec = uint8_t(tiles::Codec::kZstd);
+    data_[record.offset] = tiles::encode(tiles::Codec::kZstd, kFormat, pixels, {});
+    record.length = uint32_t(data_[record.offset].size());
+    record.hash = catalog::hash_of(data_[record.offset]);
+    return record;
+  }
+
+  static constexpr tiles::TileIndex kTile{6, 30, 317};
   static constexpr tiles::TileFormat kFormat{tiles::PixelType::kU8, uint8_t(tiles::kNavigabilityChannels), 0};
   const std::string folder_ = testing::TempDir() + "route_" + std::to_string(::getpid());
   const std::string path_ = folder_ + "/map.lfpack";

@@ -154,6 +154,15 @@ TEST(Navigability, TheExampleOfTheSpecification) {
   EXPECT_EQ(encode_navigability(*read), pixel);
 }
 
+TEST(Navigability, NodesLieAtMostHalfAViewApart) {
+  EXPECT_EQ(navigability_level({160, 160}), 6);
+  EXPECT_EQ(navigability_level({128, 160}), 6);
+  EXPECT_EQ(navigability_level({127.9, 160}), 5);
+  EXPECT_EQ(node_spacing_m({64, 160}), 32);
+  EXPECT_EQ(node_spacing_m({5000, 160}), 64) << "no coarser for larger views";
+  EXPECT_EQ(node_spacing_m({1, 160}), 1) << "no level is finer than 1 m per node";
+}
+
 TEST(Navigability, LayersAreNamedByTheirFootprint) {
   EXPECT_EQ(layer_of({160, 320}), "navigability/160/320");
   EXPECT_EQ(layer_of({62.5, 100}), "navigability/62.5/100");

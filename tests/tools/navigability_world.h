@@ -41,7 +41,7 @@ inline Drawing judged_drawing() {
   DrawnLayer nodes;
   nodes.name = tiles::layer_of({160, 160});
   nodes.format = {tiles::PixelType::kU8, uint8_t(tiles::kNavigabilityChannels), 0};
-  nodes.levels = {{tiles::kNavigabilityLevel, kJudgedX, kJudgedY, "x"}};
+  nodes.levels = {{6, kJudgedX, kJudgedY, "x"}};
   nodes.pixel = [](const PixelOf& p) -> int {
     const int64_t column = p.column - kJudgedX * 256, row = p.row + (kJudgedY + 1) * 256;
     if (column >= 4 || row >= 3) return 0;

@@ -78,7 +78,7 @@ void fill(GDALDataset& file, const NavigabilityView& view, const std::vector<Jud
 }
 
 OGRPolygon square_of(const NavigabilityMap& map, const JudgedNode& n) {
-  const double half_m = tiles::kNavigabilityGsd_m / 2, east_m = map.east_of(n.column), north_m = map.north_of(n.row);
+  const double half_m = map.spacing_m() / 2, east_m = map.east_of(n.column), north_m = map.north_of(n.row);
   OGRLinearRing ring;
   for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}, {-1, -1}})
     ring.addPoint(east_m + x * half_m, north_m + y * half_m);
@@ -112,7 +112,7 @@ void write_navigability_raster(const std::string& path, const NavigabilityView& 
   ingest::setup_gdal();
   const ingest::GdalMessages messages;
   OGRSpatialReference crs = ingest::zone_crs(zone_of(view.pack));
-  const double gsd_m = tiles::kNavigabilityGsd_m;
+  const double gsd_m = view.map.spacing_m();
   double transform[6] = {view.map.west_m(), gsd_m, 0, view.map.north_m(), 0, -gsd_m};
   const int bands = int(finders_of(view).size() + std::size(kQuantities) + 1);
   GDALDriverManager& drivers = *GetGDALDriverManager();

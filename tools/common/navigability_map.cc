@@ -76,9 +76,9 @@ NavigabilityMap::NavigabilityMap(const Pack& pack, const Footprint& footprint, c
   }
   const auto layer = pack.layer(*index);
   const lf_info info = pack.info();
-  const auto region = pack.box(*index, info.west_m, info.south_m, info.east_m, info.north_m, tiles::kNavigabilityGsd_m);
+  const auto region = pack.box(*index, info.west_m, info.south_m, info.east_m, info.north_m, spacing_m());
   if (!layer || layer->pixel_type != LF_U8 || layer->channels < tiles::kNavigabilityChannels || !region ||
-      region->level != tiles::kNavigabilityLevel)
+      region->level != tiles::navigability_level(footprint))
     throw Error(ExitCode::kBadPack, fmt::format("{}: layer {} is not as it should be", path, name));
   if (double(region->width) * region->height > kMostNodes)
     throw Error(ExitCode::kBadPack, fmt::format("{}: layer {} claims {} by {} nodes; expected at most {:.0f}", path,
@@ -97,15 +97,15 @@ std::optional<Navigability> NavigabilityMap::node(int column, int row) const {
 }
 
 std::optional<Navigability> NavigabilityMap::at(double east_m, double north_m) const {
-  const double column = std::floor((east_m - west_m_) / tiles::kNavigabilityGsd_m),
-               row = std::floor((north_m_ - north_m) / tiles::kNavigabilityGsd_m);
+  const double column = std::floor((east_m - west_m_) / spacing_m()),
+               row = std::floor((north_m_ - north_m) / spacing_m());
   if (!(column >= 0 && row >= 0 && column < columns() && row < rows())) return std::nullopt;
   return node(int(column), int(row));
 }
 
 std::optional<NavigabilityMap::Expected> NavigabilityMap::between(double east_m, double north_m, Finder finder) const {
-  const double column = (east_m - west_m_) / tiles::kNavigabilityGsd_m - 0.5,
-               row = (north_m_ - north_m) / tiles::kNavigabilityGsd_m - 0.5;
+  const double column = (east_m - west_m_) / spacing_m() - 0.5,
+               row = (north_m_ - north_m) / spacing_m() - 0.5;
   if (!(column >= -1 && row >= -1 && column <= columns() && row <= rows())) return std::nullopt;
   const double west = std::floor(column), north = std::floor(row);
   double total = 0, logit = 0;

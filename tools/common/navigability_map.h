@@ -39,11 +39,12 @@ class NavigabilityMap {
   int rows() const { return nodes_.rows; }
   double west_m() const { return west_m_; }
   double north_m() const { return north_m_; }
+  double spacing_m() const { return tiles::node_spacing_m(footprint_); }
 
   /// The node of a column (from the west) and a row (from the north); nullopt where nothing is said, as of those
   /// outside.
   std::optional<tiles::Navigability> node(int column, int row) const;
-  /// The node in whose 64 m a position lies.
+  /// The node in whose square a position lies.
   std::optional<tiles::Navigability> at(double east_m, double north_m) const;
 
   /// What is expected between the nodes.
@@ -58,8 +59,8 @@ class NavigabilityMap {
   bool judges(tiles::Finder finder) const;
 
   /// The middle of a node.
-  double east_of(int column) const { return west_m_ + (column + 0.5) * tiles::kNavigabilityGsd_m; }
-  double north_of(int row) const { return north_m_ - (row + 0.5) * tiles::kNavigabilityGsd_m; }
+  double east_of(int column) const { return west_m_ + (column + 0.5) * spacing_m(); }
+  double north_of(int row) const { return north_m_ - (row + 0.5) * spacing_m(); }
 
  private:
   tiles::Footprint footprint_;

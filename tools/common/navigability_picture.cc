@@ -78,7 +78,7 @@ void draw_nodes(cv::Mat& picture, const Frame& frame, const NavigabilityView& vi
                 const std::vector<JudgedNode>& nodes) {
   cv::Mat colours(picture.size(), CV_8UC3, cv::Scalar::all(0)), shaded, light;
   cv::Mat seen = cv::Mat::zeros(picture.size(), CV_8UC1);
-  const double half_m = tiles::kNavigabilityGsd_m / 2;
+  const double half_m = view.map.spacing_m() / 2;
   for (const JudgedNode& n : nodes) {
     const double east_m = view.map.east_of(n.column), north_m = view.map.north_of(n.row);
     const cv::Point2d first = frame.at(east_m - half_m, north_m + half_m),

@@ -76,7 +76,7 @@ void run(const Arguments& a) {
                            .dump(2));
   else
     fmt::print("{}: {} nodes of {:g} m, view {:g} m, up to {:g} m off\n", a.output, nodes.size(),
-               tiles::kNavigabilityGsd_m, f.template_m, f.search_m);
+               map.spacing_m(), f.template_m, f.search_m);
 }
 
 }  // namespace

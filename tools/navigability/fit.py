@@ -17,9 +17,9 @@ import numpy as np
 
 LEAST_STRUCTURE = 0.03  # so much may be noise
 RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
-KEPT = "method ground dates template_px least_logit mean_logit structure crest background hit".split()
+KEPT = "method ground dates template_px least_logit mean_logit structure background hit".split()
 METHODS = "gray edge contour orientation".split()  # as nav::Method counts them
-SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1)}
+SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1, -1)}
 
 
 def rows_of(paths):
@@ -47,11 +47,10 @@ def pack(out, paths):
 
 
 def features(t, kind):
-    size = np.log(t["template_px"] / 40)
+    size, structure = np.log(t["template_px"] / 40), np.log(t["structure"] + LEAST_STRUCTURE)
     if kind == "one":
-        return np.stack([t["structure"], t["background"], t["crest"], size], axis=1)
+        return np.stack([structure, t["background"], t["mean_logit"], size, t["mean_logit"] * size], axis=1)
     dates = np.maximum(t["dates"], 2)
-    structure = np.log(t["structure"] + LEAST_STRUCTURE)
     return np.stack([t["least_logit"], t["mean_logit"], structure, t["background"], size, 1 / (dates * (dates - 1))], axis=1)
 
 
@@ -148,9 +147,9 @@ def main(args):
     print("/// Logistic regression on (1, least logit, mean logit, log (structure + kLeastStructure), background,")
     print("/// log template / 40 px, 1 / (n (n - 1))), n dates; rows by nav::Method.")
     print(f"inline constexpr double kLeastStructure = {LEAST_STRUCTURE};")
-    for name, kind, size in (("kSeveralDates", "several", 7), ("kOneDate", "one", 5)):
+    for name, kind, size in (("kSeveralDates", "several", 7), ("kOneDate", "one", 6)):
         if kind == "one":
-            print("/// The same on (1, structure, background, crest, log template / 40 px).")
+            print("/// The same on (1, log (structure + kLeastStructure), background, mean logit, log template / 40 px, mean logit times\n/// that).")
         lines = ",\n".join(f"    {numbers(rows[method][kind])}" for method in METHODS)
         print(f"inline constexpr double {name}[{len(METHODS)}][{size}] = {{\n{lines}}};")
     print("\n}  // namespace landfix::navigability")

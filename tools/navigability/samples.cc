@@ -6,11 +6,13 @@
 
 #include <CLI/CLI.hpp>
 #include <bit>
+#include <deque>
 #include <fstream>
 #include <iostream>
 #include <map>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <vector>
 
 #include "builder/ingest/image_set.h"
@@ -121,8 +123,8 @@ GridImage view(const GridImage& image, double east_m, double north_m, int side_p
   return out;
 }
 
-nav::Registration match(nav::Registrar& registrar, const GridImage& patch, double east_m, double north_m,
-                        double search_m) {
+nav::Registration registered(nav::Registrar& registrar, const GridImage& patch, double east_m, double north_m,
+                             double search_m) {
   nav::RegistrationPrior prior;
   prior.east_m = east_m;
   prior.north_m = north_m;
@@ -136,7 +138,8 @@ nav::Registration match(nav::Registrar& registrar, const GridImage& patch, doubl
 nav::Method evidence_of(const std::optional<nav::Method>& method) { return method.value_or(nav::Method::kOrientation); }
 
 const char* const kHeader =
-    "method,ground,camera,dates,age_years,template_px,least_logit,mean_logit,structure,crest,background,found,accepted,"
+    "method,ground,camera,dates,age_years,template_px,least_logit,mean_logit,structure,background,views,found,"
+    "accepted,"
     "covariance_ee,covariance_en,covariance_nn,gsd_m,hit,east_error_m,north_error_m,fix_accepted,probability,east_m,"
     "north_m\n";
 
@@ -148,50 +151,87 @@ struct Draw {
   int map_dates = 0;
 };
 
-void draw(const Ground& ground, const Footprint& f, const Draw& what, std::ostream& out) {
-  const GridImage& frame = ground.dates[0];
-  const double gsd = frame.gsd_m, margin = 0.5 * f.template_m + f.search_m + 2 * kRimPx * gsd;
-  const double east_end = frame.west_m + frame.pixels.cols * gsd - margin,
-               south_end = frame.north_m - frame.pixels.rows * gsd + margin;
-  const int side = 2 * int(std::lround(0.5 * f.template_m / gsd));
+/// The evidence of a map at every place of a grid, and what cameras found there, for one footprint.
+class Grid {
+ public:
+  Grid(const Ground& ground, const Footprint& footprint, const Draw& what)
+      : ground_(ground), footprint_(footprint), what_(what) {}
+
+  void judge(navigability::Witness& witness) {
+    evidence_.clear();
+    for_each_place([&](double east_m, double north_m) {
+      evidence_.push_back(witness.at(east_m, north_m, footprint_, evidence_of(what_.method)));
+    });
+  }
+
+  void match(nav::Registrar& registrar, size_t camera, double age_years) {
+    const Footprint& f = footprint_;
+    const GridImage& image = ground_.dates[camera];
+    const int side = 2 * int(std::lround(0.5 * f.template_m / image.gsd_m));
+    const std::string name = what_.method ? nav::name_of(*what_.method) : "auto";
+    size_t place = 0;
+    for_each_place([&](double east_m, double north_m) {
+      const Predictors& p = evidence_[place++];
+      const nav::Registration r =
+          registered(registrar, view(image, east_m, north_m, side), east_m, north_m, f.search_m);
+      const bool answered = r.status == nav::Status::kOk || r.status == nav::Status::kImprobable;
+      const double de = r.peak.east_m - east_m, dn = r.peak.north_m - north_m;
+      const auto& c = p.covariance_m2;
+      fmt::print(rows_,
+                 "{},{},{},{},{:.2f},{},{:.4f},{:.4f},{:.5f},{:.5f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f},"
+                 "{:.3f},{},{:.5f},{:.1f},{:.1f}\n",
+                 name, ground_.name, camera, p.dates, age_years, p.template_px, p.least_logit, p.mean_logit,
+                 p.structure, p.background, p.views, p.found, p.accepted, c[0], c[1], c[3], image.gsd_m,
+                 int(answered && std::hypot(de, dn) <= f.hit_m), answered ? de : 0, answered ? dn : 0,
+                 int(r.status == nav::Status::kOk), navigability::fix_probability(p, evidence_of(what_.method)), east_m,
+                 north_m);
+    });
+  }
+
+  std::string rows() const { return rows_.str(); }
+
+ private:
+  template <typename Visit>
+  void for_each_place(const Visit& visit) const {
+    const GridImage& frame = ground_.dates[0];
+    const double gsd = frame.gsd_m, margin = 0.5 * footprint_.template_m + footprint_.search_m + 2 * kRimPx * gsd;
+    const double east_end = frame.west_m + frame.pixels.cols * gsd - margin,
+                 south_end = frame.north_m - frame.pixels.rows * gsd + margin;
+    for (double north = frame.north_m - margin; north >= south_end; north -= what_.spacing_m)
+      for (double east = frame.west_m + margin; east <= east_end; east += what_.spacing_m) visit(east, north);
+  }
+
+  const Ground& ground_;
+  const Footprint footprint_;
+  const Draw& what_;
+  std::vector<Predictors> evidence_;
+  std::ostringstream rows_;
+};
+
+void draw(const Ground& ground, const std::vector<Footprint>& footprints, const Draw& what, std::ostream& out) {
+  std::deque<Grid> grids;
+  for (const Footprint& f : footprints) grids.emplace_back(ground, f, what);
   unsigned known = 0;
-  std::vector<Predictors> evidence;
-  const nav::Method evidence_method = evidence_of(what.method);
-  const std::string name = what.method ? nav::name_of(*what.method) : "auto";
+  const nav::Method method = evidence_of(what.method);
   for (const auto& [mask, camera] : experiments(ground, what.all, what.map_dates)) {
     const std::vector<GridImage> dates = chosen(ground, mask);
-    const nav::MapLayer layers[] = {nav::layer_of(evidence_method)};
+    const nav::MapLayer layers[] = {nav::layer_of(method)};
     const nav::ImageMap map = what.method ? nav::ImageMap(dates, 1, 0, layers) : nav::ImageMap(dates, 1, 0);
     nav::RegistrationOptions o;
     o.method = what.method;
     o.rim_px = kRimPx;
     nav::Registrar registrar(map, o);
-    std::optional<navigability::Witness> witness;
-    if (mask != known) witness.emplace(dates, std::span(&evidence_method, 1)), evidence.clear();
+    if (mask != known) {
+      navigability::Witness witness(dates, std::span(&method, 1));
+      for (Grid& grid : grids) grid.judge(witness);
+    }
     known = mask;
     double age = 1e9;
     for (size_t i = 0; i < ground.years.size(); ++i)
       if (mask >> i & 1) age = std::min(age, std::abs(ground.years[i] - ground.years[camera]));
-    size_t node = 0;
-    for (double north = frame.north_m - margin; north >= south_end; north -= what.spacing_m)
-      for (double east = frame.west_m + margin; east <= east_end; east += what.spacing_m, ++node) {
-        if (witness) evidence.push_back(witness->at(east, north, f, evidence_method));
-        const Predictors& p = evidence[node];
-        const nav::Registration r =
-            match(registrar, view(ground.dates[camera], east, north, side), east, north, f.search_m);
-        const bool answered = r.status == nav::Status::kOk || r.status == nav::Status::kImprobable;
-        const double de = r.peak.east_m - east, dn = r.peak.north_m - north;
-        const auto& c = p.covariance_m2;
-        fmt::print(
-            out,
-            "{},{},{},{},{:.2f},{},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f},"
-            "{:.3f},{},{:.5f},{:.1f},{:.1f}\n",
-            name, ground.name, camera, p.dates, age, p.template_px, p.least_logit, p.mean_logit, p.structure, p.crest,
-            p.background, p.found, p.accepted, c[0], c[1], c[3], gsd, int(answered && std::hypot(de, dn) <= f.hit_m),
-            answered ? de : 0, answered ? dn : 0, int(r.status == nav::Status::kOk),
-            navigability::fix_probability(p, evidence_method), east, north);
-      }
+    for (Grid& grid : grids) grid.match(registrar, camera, age);
   }
+  for (const Grid& grid : grids) out << grid.rows();
 }
 
 }  // namespace
@@ -222,11 +262,10 @@ int main(int argc, char** argv) {
     std::ofstream out(out_path);
     out << kHeader;
     const auto draw_all = [&](const Ground& ground, bool all) {
-      for (const double side : template_px) {
-        const double gsd = ground.dates.at(0).gsd_m;
-        draw(ground, {side * gsd, search_px * gsd, hit_px * gsd},
-             {nav::method_of(method), spacing_px * gsd, all, map_dates}, out);
-      }
+      const double gsd = ground.dates.at(0).gsd_m;
+      std::vector<Footprint> footprints;
+      for (const double side : template_px) footprints.push_back({side * gsd, search_px * gsd, hit_px * gsd});
+      draw(ground, footprints, {nav::method_of(method), spacing_px * gsd, all, map_dates}, out);
     };
     for (int i = 0; i < worlds; ++i) draw_all(world(first + uint64_t(i)), false);
     if (!images.empty()) draw_all(place(images, dates), true);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Draws the samples that the chance of a fix is fitted to: worlds of five seasons and years, views of 16 to 40 pixels, so
-# that not everything succeeds, searched over ±40 and ±80 pixels. Fewer for the matchers that are not asked first. Forty
-# minutes on one core. Then: fit.py FOLDER/drawn.csv.gz > builder/navigability/model_table.h
+# that not everything succeeds, searched over ±40 and ±80 pixels. Fewer for the matchers that are not asked first. An
+# hour on one core. Then: fit.py FOLDER/drawn.csv.gz > builder/navigability/model_table.h
 # Usage: samples.sh LANDFIX_NAVIGABILITY_SAMPLES FOLDER
 set -euo pipefail
 program=$1 folder=$2

@@ -68,8 +68,8 @@ class PackNavigability : public NavigabilityMap {
     for (const tools::NavigabilityMap& map : maps_) {
       all.west_m = std::min(all.west_m, map.west_m());
       all.north_m = std::max(all.north_m, map.north_m());
-      all.east_m = std::max(all.east_m, map.west_m() + map.columns() * tiles::kNavigabilityGsd_m);
-      all.south_m = std::min(all.south_m, map.north_m() - map.rows() * tiles::kNavigabilityGsd_m);
+      all.east_m = std::max(all.east_m, map.west_m() + map.columns() * map.spacing_m());
+      all.south_m = std::min(all.south_m, map.north_m() - map.rows() * map.spacing_m());
     }
     return all;
   }
