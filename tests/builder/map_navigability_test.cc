@@ -215,6 +215,14 @@ TEST_F(MapNavigability, WhereNothingIsShownNothingIsSaid) {
   EXPECT_FALSE(map.node(7, 8)->has(Reason::kNoData));
 }
 
+TEST_F(MapNavigability, AMapTooSmallForAViewIsStillAMap) {
+  const BuildOptions o = options({draw("small.tif", cv::Mat(fields(3, 0), {0, 0, 24, 24}))});  // 96 m; a view is 128 m
+  run(o);
+  const Pack pack = tools::open_pack(o.output.string());
+  EXPECT_TRUE(pack.verify(true));
+  EXPECT_FALSE(pack.find_layer("navigability/128/64"));
+}
+
 TEST_F(MapNavigability, WaterIsKnownByItsInfrared) {
   cv::Mat image(kSide_px, kSide_px, CV_8UC4), colours = fields(3, 0), nir(kSide_px, kSide_px, CV_8U, cv::Scalar(160));
   nir.colRange(0, 80).setTo(15);  // five columns of nodes
