@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "builder/catalog/hash.h"
@@ -434,13 +435,14 @@ Plan make_plan(const BuildOptions& options) {
   plan.encoding = plan.set->encoding;
   if (options.jpeg_quality) plan.encoding.jpeg_quality = *options.jpeg_quality;
   plan.images = std::make_unique<ingest::ImageSet>(options.images, options.zone);
+  plan.warnings = plan.images->warnings();
   plan.image_level = image_level_of(options, *plan.images);
   align(options, plan);
   plan.area = area_of(options, *plan.images);
   if (options.elevation) {
     plan.elevation = std::make_unique<ingest::ElevationModel>(*options.elevation, plan.images->zone());
     plan.elevation->require_overlap(plan.area->bounds());
-    plan.warnings = plan.elevation->warnings();
+    std::ranges::copy(plan.elevation->warnings(), std::back_inserter(plan.warnings));
   } else {
     plan.warnings.push_back(
         fmt::format("no heights (--dem): the runtime will assume a plane {} m above the ellipsoid (--plane-height)",
