@@ -27,6 +27,7 @@ using layers::Input;
 using layers::LevelRule;
 
 constexpr int kCoarsestView_px = 16;  // a smaller view says next to nothing
+constexpr int kFarthestView_px = 512;  // a farther search takes hours and memory, and no vehicle is so lost
 
 int image_level_of(const BuildOptions& options, const ingest::ImageSet& images) {
   if (!options.gsd_m) return images.derived_level();
@@ -267,6 +268,13 @@ void add_footprint(const tiles::Footprint& f, Plan& plan) {
         fmt::format("--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m "
                     "or more",
                     f.template_m, f.search_m, f.template_m, kCoarsestView_px, tiles::gsd_of(level) * kCoarsestView_px));
+  const double reach_m = f.template_m / 2 + f.search_m, most_m = kFarthestView_px * tiles::gsd_of(level);
+  if (reach_m > most_m)
+    throw Error(
+        ExitCode::kUsage,
+        fmt::format("--navigability {}/{}: views would reach {} m from a place, {} pixels at {} m each; expected "
+                    "half of the view and the search to be {} m together at most",
+                    f.template_m, f.search_m, reach_m, reach_m / tiles::gsd_of(level), tiles::gsd_of(level), most_m));
   plan.footprints.push_back(f);
   plan.description.layers.push_back(navigability_layer(f));
   plan.sources[plan.image_level];

@@ -297,6 +297,12 @@ TEST_F(MapNavigability, RefusesWhatCannotBeJudged) {
   BuildOptions o = options({draw("fields.tif", fields(3, 0))});
   o.footprints = {{48, 160}};
   ingest::expect_error(ExitCode::kUsage, {"48/160", "fewer than 16 pixels", "64 m"}, [&] { run(o); });
+  // At 16 m, the coarsest level that is matched: 512 pixels are 8192 m. At 4 m they are 2048 m.
+  for (const tiles::Footprint far : {tiles::Footprint{9000, 4000}, {1e6, 160}, {160, 1969}, {160, 1e70}}) {
+    o.footprints = {far};
+    ingest::expect_error(ExitCode::kUsage, {"--navigability", far.template_m > 160 ? "8192 m" : "2048 m"},
+                         [&] { run(o); });
+  }
   o.footprints = {kView};
   o.layers = {"overview"};
   ingest::expect_error(ExitCode::kUsage, {"--navigability", "orientation, gray"}, [&] { run(o); });
