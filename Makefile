@@ -5,7 +5,7 @@
 #   make real    the runs on real imagery of docs/real-imagery.md (LANDFIX_DATA names the folder)
 #   make asan, make tsan   the tests under AddressSanitizer + UndefinedBehaviorSanitizer, or ThreadSanitizer
 #   make aarch64 cross-builds the runtime and the kernels for 64-bit ARM (Debian) and runs their tests under qemu-user
-#   make fuzz    ten minutes of fuzzing of the reader
+#   make fuzz    ten minutes of fuzzing of the reader, and one of the nodes of navigability
 #   make evaluation  how well images register with maps of other dates: the tables of docs/evaluation.md
 #   make landmarks   how well landmarks and roads are found: the tables of docs/landmarks.md
 #   make evaluate-navigability   how well maps foretell where they will serve: the tables of docs/evaluation.md
@@ -86,10 +86,12 @@ aarch64:
 fuzz:
 	tools/setup/install.sh clang 'libclang-rt-14-dev|libclang-rt-dev'
 	cmake --preset fuzz
-	cmake --build --preset fuzz -j $(JOBS) --target fuzz_pack
-	mkdir -p build/fuzz/found
+	cmake --build --preset fuzz -j $(JOBS) --target fuzz_pack fuzz_navigability
+	mkdir -p build/fuzz/found build/fuzz/found_navigability
 	build/fuzz/tests/pack/fuzz/fuzz_pack -max_total_time=$(SECONDS_OF_FUZZING) -artifact_prefix=build/fuzz/found/ \
 	  build/fuzz/found tests/pack/fuzz/corpus
+	build/fuzz/tests/tiles/fuzz/fuzz_navigability -max_total_time=60 -artifact_prefix=build/fuzz/found_navigability/ \
+	  build/fuzz/found_navigability tests/tiles/fuzz/corpus
 
 clean:
 	rm -rf build demo bench.json

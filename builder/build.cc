@@ -71,6 +71,7 @@ class Run {
  private:
   using Compute = std::function<std::vector<FinishedTile>(const Work&)>;
 
+  std::string stage_at(int level) const;
   void make_source_tiles(int level, const std::vector<size_t>& layer_indices);
   std::vector<FinishedTile> source_tiles(const tiles::TileIndex& block, int level,
                                          const std::vector<size_t>& layer_indices) const;
@@ -145,6 +146,12 @@ std::vector<Work> Run::blocks_to_do(const char* stage, int level) const {
   return work;
 }
 
+// What takes the time there: "tiles, landmarks and roads at 1 m".
+std::string Run::stage_at(int level) const {
+  return fmt::format("tiles{}{} at {} m", searches(level) ? ", landmarks and roads" : "",
+                     judges(plan_, level) ? ", navigability" : "", tiles::gsd_of(level));
+}
+
 void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices) {
   const std::vector<Work> work = blocks_to_do(kSourceStage, level);
   double total = 0;
@@ -152,7 +159,7 @@ void Run::make_source_tiles(int level, const std::vector<size_t>& layer_indices)
     total += w.amount;
     if (level == plan_.image_level && !catalog_.is_done(w.job)) megapixels_ += w.amount;
   }
-  progress_.begin(fmt::format("tiles at {} m", tiles::gsd_of(level)), "Mpx", total);
+  progress_.begin(stage_at(level), "Mpx", total);
   run_jobs(work, [&](const Work& w) {
     return source_tiles(tiles::tile_of_key(level + layers::kBlockLog2, w.job.key), level, layer_indices);
   });
@@ -230,7 +237,7 @@ void Run::make_halved_tiles(int level, const std::vector<size_t>& layer_indices)
   for (size_t e = 0; e < plan_.images->epochs().size(); ++e) records.push_back(catalog_.tiles(name_of_epoch(e), level));
   double total = 0;
   for (const Work& w : work) total += w.amount;
-  progress_.begin(fmt::format("tiles at {} m", tiles::gsd_of(level)), "Mpx", total);
+  progress_.begin(stage_at(level), "Mpx", total);
   run_jobs(work, [&](const Work& w) {
     const tiles::TileIndex block = tiles::tile_of_key(level + layers::kBlockLog2, w.job.key);
     layers::SourceWindow window;

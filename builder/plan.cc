@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "builder/catalog/hash.h"
@@ -26,6 +27,7 @@ using layers::Input;
 using layers::LevelRule;
 
 constexpr int kCoarsestView_px = 16;  // a smaller view says next to nothing
+constexpr int kFarthestView_px = 512;  // a farther search takes hours and memory, and no vehicle is so lost
 
 int image_level_of(const BuildOptions& options, const ingest::ImageSet& images) {
   if (!options.gsd_m) return images.derived_level();
@@ -266,6 +268,13 @@ void add_footprint(const tiles::Footprint& f, Plan& plan) {
         fmt::format("--navigability {}/{}: a view of {} m has fewer than {} pixels a side here; expected {} m "
                     "or more",
                     f.template_m, f.search_m, f.template_m, kCoarsestView_px, tiles::gsd_of(level) * kCoarsestView_px));
+  const double reach_m = f.template_m / 2 + f.search_m, most_m = kFarthestView_px * tiles::gsd_of(level);
+  if (reach_m > most_m)
+    throw Error(
+        ExitCode::kUsage,
+        fmt::format("--navigability {}/{}: views would reach {} m from a place, {} pixels at {} m each; expected "
+                    "half of the view and the search to be {} m together at most",
+                    f.template_m, f.search_m, reach_m, reach_m / tiles::gsd_of(level), tiles::gsd_of(level), most_m));
   plan.footprints.push_back(f);
   plan.description.layers.push_back(navigability_layer(f));
   plan.sources[plan.image_level];
@@ -434,13 +443,14 @@ Plan make_plan(const BuildOptions& options) {
   plan.encoding = plan.set->encoding;
   if (options.jpeg_quality) plan.encoding.jpeg_quality = *options.jpeg_quality;
   plan.images = std::make_unique<ingest::ImageSet>(options.images, options.zone);
+  plan.warnings = plan.images->warnings();
   plan.image_level = image_level_of(options, *plan.images);
   align(options, plan);
   plan.area = area_of(options, *plan.images);
   if (options.elevation) {
     plan.elevation = std::make_unique<ingest::ElevationModel>(*options.elevation, plan.images->zone());
     plan.elevation->require_overlap(plan.area->bounds());
-    plan.warnings = plan.elevation->warnings();
+    std::ranges::copy(plan.elevation->warnings(), std::back_inserter(plan.warnings));
   } else {
     plan.warnings.push_back(
         fmt::format("no heights (--dem): the runtime will assume a plane {} m above the ellipsoid (--plane-height)",

@@ -59,11 +59,13 @@ unsigned count_of_code(uint8_t code) { return code == 0 ? 0U : code - 1U; }
 constexpr int kFinestLevel = 0, kCoarsestLevel = 6;
 constexpr int kLastDay = 65534;  // in 2149
 
+constexpr double kLeastMetres = 0.001, kMostMetres = 1e6;
+
 // "160" or "12.5": as layer_of writes it, and nothing else.
 std::optional<double> metres_of(std::string_view text) {
   double value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
-  if (failure != std::errc() || end != text.data() + text.size() || !(value > 0 && std::isfinite(value)))
+  if (failure != std::errc() || end != text.data() + text.size() || !(value >= kLeastMetres && value <= kMostMetres))
     return std::nullopt;
   return value;
 }

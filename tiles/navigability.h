@@ -45,7 +45,7 @@ inline constexpr double kHitShare = 15.0 / 160;
 std::string layer_of(const Footprint& footprint);
 std::optional<Footprint> footprint_of(std::string_view layer);
 
-/// "160/320"; nullopt for any other text, and for lengths that are not positive.
+/// "160/320"; nullopt for any other text, and for lengths that are not between a millimetre and 1000 km.
 std::optional<Footprint> footprint_named(std::string_view text);
 
 /// Level of the layer of a footprint: one pixel is a node, and they lie at most half a view apart; 64 m from views of

@@ -75,6 +75,13 @@ Offset<schema::Parameter> encode_parameter(FlatBufferBuilder& builder,
   return schema::CreateParameter(builder, name, value);
 }
 
+// A raster layer without tiles has no level, and so is none: readers refuse it. A vector layer says that nothing was
+// found.
+bool has_level(const PackLayer& layer) {
+  return layer.content != VectorContent::kNone ||
+         std::ranges::any_of(layer.levels, [](const PackLevel& level) { return !level.tiles.empty(); });
+}
+
 // Encodes every item by `encode`.
 template <typename Items, typename Encode>
 auto encode_all(FlatBufferBuilder& builder, const Items& items, Encode encode) {
@@ -96,9 +103,10 @@ Offset<schema::Geoid> encode_geoid(FlatBufferBuilder& builder, const std::option
 std::vector<uint8_t> encode_manifest(const PackDescription& d, std::span<const catalog::EpochSet> epoch_sets) {
   FlatBufferBuilder builder;
   uint32_t next_block = 0;
-  const auto layers = encode_all(builder, d.layers, [&](FlatBufferBuilder& b, const PackLayer& layer) {
-    return encode_layer(b, layer, next_block);
-  });
+  std::vector<Offset<schema::Layer>> layers_with_data;
+  for (const PackLayer& layer : d.layers)
+    if (has_level(layer)) layers_with_data.push_back(encode_layer(builder, layer, next_block));
+  const auto layers = builder.CreateVector(layers_with_data);
   const auto sources = encode_all(builder, d.sources, encode_source);
   const auto parameters = encode_all(builder, d.parameters, encode_parameter);
   const auto epochs = d.epochs.empty() ? 0 : encode_all(builder, d.epochs, encode_epoch);

@@ -57,6 +57,35 @@ void require_bytes(GDALDataset& dataset, const std::string& path, const BandLayo
   }
 }
 
+/// How many corners of the image hold this value and nothing else, in all bands.
+int corners_of(GDALDataset& dataset, std::vector<int> bands, uint8_t value) {
+  constexpr int kSide = 4;
+  const int right = dataset.GetRasterXSize() - kSide, bottom = dataset.GetRasterYSize() - kSide;
+  if (right < kSide || bottom < kSide) return 0;
+  int count = 0;
+  for (const int x : {0, right})
+    for (const int y : {0, bottom}) {
+      std::vector<uint8_t> pixels(kSide * kSide * bands.size());
+      const bool good = dataset.RasterIO(GF_Read, x, y, kSide, kSide, pixels.data(), kSide, kSide, GDT_Byte,
+                                         int(bands.size()), bands.data(), 0, 0, 0, nullptr) == CE_None;
+      count += good && std::ranges::all_of(pixels, [&](uint8_t pixel) { return pixel == value; });
+    }
+  return count;
+}
+
+/// Warps leave black or white where the image ends, and without a mask that is ground to whoever reads it: with edges,
+/// which no camera sees. Two corners are no chance. Nothing where the file says what is no data.
+std::string doubt_of_corners(Raster& raster, const Channels& channels) {
+  if (channels.mask != Channels::Mask::kNone || !channels.nodata.empty()) return {};
+  for (const uint8_t value : {0, 255})
+    if (const int corners = corners_of(raster.dataset(), channels.bands, value); corners >= 2)
+      return fmt::format(
+          "{0}: {1} of its corners are {2} in all bands and count as ground; if the image shows nothing "
+          "there, say so: --nodata {0}={2}",
+          raster.name(), corners, value);
+  return {};
+}
+
 /// What options, sidecar and file say, in this order.
 struct Description {
   Source source;
@@ -111,6 +140,7 @@ struct ImageSet::Impl {
   std::vector<Source> sources;
   std::vector<EpochInfo> groups;
   GridBounds bounds;
+  std::vector<std::string> warnings;
 };
 
 ImageSet::ImageSet(std::span<const SourceOptions> files, std::optional<tiles::Zone> zone)
@@ -122,6 +152,8 @@ ImageSet::ImageSet(std::span<const SourceOptions> files, std::optional<tiles::Zo
     Description d = describe(file, raster);
     channels.push_back(Channels::bytes(raster.dataset(), d.layout.bands, d.layout.alpha, d.source.nodata));
     impl_->sources.push_back(std::move(d.source));
+    if (std::string doubt = doubt_of_corners(raster, channels.back()); !doubt.empty())
+      impl_->warnings.push_back(std::move(doubt));
   }
   impl_->zone = zone ? *zone : zone_of_centre(impl_->rasters);
   for (size_t i = 0; i < files.size(); ++i) {
@@ -144,6 +176,7 @@ const tiles::Zone& ImageSet::zone() const { return impl_->zone; }
 const std::vector<Source>& ImageSet::sources() const { return impl_->sources; }
 const std::vector<EpochInfo>& ImageSet::epochs() const { return impl_->groups; }
 const GridBounds& ImageSet::bounds() const { return impl_->bounds; }
+const std::vector<std::string>& ImageSet::warnings() const { return impl_->warnings; }
 
 double ImageSet::finest_gsd_m() const {
   const auto finest = std::min_element(impl_->sources.begin(), impl_->sources.end(),

@@ -61,6 +61,7 @@ class ImageSet {
   /// Newest first, undated last; in the order of the files where dates are equal.
   const std::vector<EpochInfo>& epochs() const;
   const GridBounds& bounds() const;  ///< union over all sources
+  const std::vector<std::string>& warnings() const;  ///< what looks as if it were not meant
   double finest_gsd_m() const;       ///< native GSD of the finest source
   int derived_level() const;         ///< the level nearest to the finest source's GSD
 

@@ -72,6 +72,9 @@ std::optional<BandRole> colour_of(GDALColorInterp interpretation) {
   }
 }
 
+// What bands show that do not say it, in this order.
+constexpr std::array kUsual = {BandRole::kRed, BandRole::kGreen, BandRole::kBlue, BandRole::kNir};
+
 BandLayout layout_from_file(GDALDataset& dataset, const std::string& path) {
   Assignment colours;
   std::vector<int> others, all;
@@ -98,15 +101,16 @@ BandLayout layout_from_file(GDALDataset& dataset, const std::string& path) {
     return layout_of(colours, alpha);
   }
   if (all.size() == 1) return layout_of({{BandRole::kGray, all[0]}}, alpha);
-  if (all.size() == 3 || all.size() == 4) {
-    colours = {{BandRole::kRed, all[0]}, {BandRole::kGreen, all[1]}, {BandRole::kBlue, all[2]}};
-    if (all.size() == 4) colours.emplace_back(BandRole::kNir, all[3]);
-    return layout_of(colours, alpha);
-  }
-  throw Error(ExitCode::kBadInput, fmt::format("{}: has {} bands and does not say what they show. Say it with --bands "
-                                               "{}=red,green,blue,nir (a name for each "
-                                               "band, - for one to leave out) or with \"bands\" in {}.json",
-                                               path, dataset.GetRasterCount(), path, path));
+  Assignment usual;
+  for (size_t i = 0; i < all.size(); ++i)
+    if (i < kUsual.size()) usual.emplace_back(kUsual[i], all[i]);
+  const bool is_usual = std::ranges::includes(usual, colours);
+  if ((all.size() == 3 || all.size() == 4) && is_usual) return layout_of(usual, alpha);
+  throw Error(ExitCode::kBadInput,
+              fmt::format("{}: has {} bands and does not say clearly what they show. Say it with --bands "
+                          "{}=red,green,blue,nir (a name for each "
+                          "band, - for one to leave out) or with \"bands\" in {}.json",
+                          path, dataset.GetRasterCount(), path, path));
 }
 
 }  // namespace

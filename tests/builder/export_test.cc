@@ -205,6 +205,21 @@ TEST_F(PackWriterTest, WritesTheManifest) {
   EXPECT_EQ(std::search(file.begin(), file.end(), secret.begin(), secret.end()), file.end());
 }
 
+TEST_F(PackWriterTest, LeavesOutRasterLayersWithoutTiles) {
+  Drawing d = draw();
+  PackLayer contour{"contour", "", {tiles::PixelType::kU8, 1, 255}, {{0, {}}, {1, {}}}};
+  PackLayer roads{"roads", "", {}, {{3, {}}}};
+  roads.content = VectorContent::kRoads;
+  d.description.layers.insert(d.description.layers.begin(), {contour, roads});
+  write_pack(path_, d.description, d.reader());
+  const std::vector<uint8_t> file = bytes_of_file(path_);
+  const auto& layers = *schema::GetManifest(file.data() + 4096)->layers();
+  ASSERT_EQ(layers.size(), 3u);  // a raster layer of no level is damage to every reader; no roads are an answer
+  EXPECT_EQ(layers.Get(0)->name()->str(), "roads");
+  EXPECT_EQ(layers.Get(1)->name()->str(), "gray");
+  EXPECT_EQ(layers.Get(2)->levels()->Get(0)->first_block(), 3u);
+}
+
 // Tiles of three sets of epochs, in the order of `sets`; what a tile shows is the same whatever this order is.
 Drawing dated(std::vector<catalog::EpochSet> sets) {
   Drawing d = draw();

@@ -313,6 +313,48 @@ TEST_F(Ingest, BandRoles) {
   expect_error(ExitCode::kUsage, {"no band is left"}, [&] { roles(1, "-"); });
 }
 
+TEST_F(Ingest, BandsThatSayOtherwiseAreNotGuessed) {
+  const auto roles = [&](std::vector<GDALColorInterp> said) {
+    Sketch sketch;
+    sketch.bands = int(said.size());
+    sketch.creation = {"PHOTOMETRIC=MINISBLACK"};
+    sketch.finish = [&](GDALDataset& d) {
+      for (size_t i = 0; i < said.size(); ++i) d.GetRasterBand(int(i) + 1)->SetColorInterpretation(said[i]);
+    };
+    return images({{write("said.tif", sketch)}}).sources()[0].bands;
+  };
+  using enum BandRole;
+  constexpr auto kNothing = GCI_Undefined, kR = GCI_RedBand, kG = GCI_GreenBand, kB = GCI_BlueBand;
+  EXPECT_EQ(roles({kNothing, kG, kNothing}), (std::vector{kRed, kGreen, kBlue})) << "as usual";
+  EXPECT_EQ(roles({kB, kG, kR}), (std::vector{kRed, kGreen, kBlue}));
+  for (const auto& said : std::vector<std::vector<GDALColorInterp>>{
+           {kNothing, kG, kR}, {kNothing, kNothing, kR, kNothing}, {kNothing, kR, kG, kB, kNothing}, {kR, kR, kB}})
+    expect_error(ExitCode::kBadInput, {"said.tif", "--bands"}, [&] { roles(said); });
+}
+
+// Corners that a warp without a mask has filled.
+TEST_F(Ingest, BlackCornersThatCountAsGroundAreReported) {
+  const auto warnings = [&](int black, bool say_nodata) {
+    Sketch sketch;
+    sketch.value = [&](int band, int column, int row) {
+      const int corner = (column < 32 ? 0 : 1) + (row < 24 ? 0 : 2);
+      const bool is_filled = std::min(column, 63 - column) + std::min(row, 47 - row) < 20;
+      return is_filled && corner < black ? 0 : 60 + band + column;
+    };
+    if (say_nodata)
+      sketch.finish = [](GDALDataset& d) {
+        for (int band = 1; band <= 3; ++band) d.GetRasterBand(band)->SetNoDataValue(0);
+      };
+    return images({{write("warped.tif", sketch)}}).warnings();
+  };
+  ASSERT_EQ(warnings(4, false).size(), 1u);
+  for (const std::string part : {"warped.tif", "4 of its corners", "--nodata warped.tif=0"})
+    EXPECT_NE(warnings(4, false)[0].find(part), std::string::npos) << warnings(4, false)[0];
+  EXPECT_EQ(warnings(2, false).size(), 1u);
+  EXPECT_TRUE(warnings(1, false).empty()) << "a dark corner is ground";
+  EXPECT_TRUE(warnings(4, true).empty());
+}
+
 TEST_F(Ingest, NamedBandsComeInTheOrderOfRoles) {
   Sketch sketch;
   sketch.value = [](int band, int, int) { return 10.0 * band; };

@@ -244,6 +244,14 @@ TEST_F(MapNavigability, WhereNothingIsShownNothingIsSaid) {
   EXPECT_FALSE(map.node(7, 8)->has(Reason::kNoData));
 }
 
+TEST_F(MapNavigability, AMapTooSmallForAViewIsStillAMap) {
+  const BuildOptions o = options({draw("small.tif", cv::Mat(fields(3, 0), {0, 0, 24, 24}))});  // 96 m; a view is 128 m
+  run(o);
+  const Pack pack = tools::open_pack(o.output.string());
+  EXPECT_TRUE(pack.verify(true));
+  EXPECT_FALSE(pack.find_layer("navigability/128/64"));
+}
+
 TEST_F(MapNavigability, WaterIsKnownByItsInfrared) {
   cv::Mat image(kSide_px, kSide_px, CV_8UC4), colours = fields(3, 0), nir(kSide_px, kSide_px, CV_8U, cv::Scalar(160));
   nir.colRange(0, 80).setTo(15);  // five columns of nodes
@@ -318,6 +326,12 @@ TEST_F(MapNavigability, RefusesWhatCannotBeJudged) {
   BuildOptions o = options({draw("fields.tif", fields(3, 0))});
   o.footprints = {{48, 160}};
   ingest::expect_error(ExitCode::kUsage, {"48/160", "fewer than 16 pixels", "64 m"}, [&] { run(o); });
+  // At 16 m, the coarsest level that is matched: 512 pixels are 8192 m. At 4 m they are 2048 m.
+  for (const tiles::Footprint far : {tiles::Footprint{9000, 4000}, {1e6, 160}, {160, 1969}, {160, 1e70}}) {
+    o.footprints = {far};
+    ingest::expect_error(ExitCode::kUsage, {"--navigability", far.template_m > 160 ? "8192 m" : "2048 m"},
+                         [&] { run(o); });
+  }
   o.footprints = {kView};
   o.layers = {"overview"};
   ingest::expect_error(ExitCode::kUsage, {"--navigability", "orientation, gray"}, [&] { run(o); });

@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <queue>
+#include <random>
 
 #include "builder/error.h"
 #include "tests/route/missions.h"
@@ -111,6 +112,26 @@ TEST(Suggest, CrossesAStripWhereItIsNarrow) {
       std::hypot(1100, 1000) + 700 + std::hypot(1200, 1000);  // to the strip's corner, along its head, back
   EXPECT_LT(s.suggested().score.length_m, 1.15 * around_m);
   EXPECT_GT(s.suggested().score.length_m, 0.97 * around_m);
+}
+
+// Patchy ground where the cheapest way on the grid misses 12 m by its score, as one draw of some thirty does, and the
+// safer one keeps them: that one is suggested, and nobody is told that there is none.
+TEST(Suggest, IsNeverPoorerThanTheSaferWay) {
+  std::mt19937 random(4);
+  const auto between = [&](double low, double high) { return low + (high - low) * (random() % 10000) / 10000.0; };
+  std::vector<Patch> patches;
+  for (int i = 0; i < 40; ++i) {
+    const double west = between(0, 3000), south = between(0, 3000), width = between(100, 400),
+                 height = between(100, 400);
+    patches.push_back({west, south, west + width, south + height, poor_place(kWater, between(0, 0.3)), i % 2 == 0});
+  }
+  const FunctionMap map = field(3200, patches, good_place(0.5, 3));
+  SuggestOptions options = quick();
+  options.score.requirement.radius_m = 12;
+  const Suggestion s = suggest(problem(map, {at(200, 1600), at(3000, 1600)}), options);
+  EXPECT_TRUE(s.alternatives[2].score.met);
+  EXPECT_TRUE(s.suggested().score.met);
+  EXPECT_TRUE(s.met) << s.explanation;
 }
 
 // A strip of 800 m from edge to edge: nothing meets 10 m; the route says so, where and why, and crosses it straight.

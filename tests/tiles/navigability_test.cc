@@ -169,7 +169,8 @@ TEST(Navigability, LayersAreNamedByTheirFootprint) {
   EXPECT_EQ(footprint_of("navigability/62.5/100"), (Footprint{62.5, 100}));
   for (const char* other :
        {"gray", "navigability", "navigability/160", "navigability/160/", "navigability/-1/160", "navigability/0/160",
-        "navigability/160/nan", "navigability/160/inf", "navigability/160/320 ", "navigability/ 160/320"})
+        "navigability/160/nan", "navigability/160/inf", "navigability/160/0.0009", "navigability/1000001/160",
+        "navigability/160/320 ", "navigability/ 160/320"})
     EXPECT_FALSE(footprint_of(other)) << other;
 }
 

@@ -23,7 +23,7 @@ using nlohmann::json;
 using std::numbers::pi;
 
 constexpr double kWest = 1952 * 256.0, kSouth = 19528 * 256.0;  // zone 32 north
-constexpr int kDone = 0, kUsage = 2, kBadPack = 4, kNoData = 6;
+constexpr int kDone = 0, kUsage = 2, kBadPack = 4, kNoData = 6, kIo = 7;
 
 using tests::Outcome;
 
@@ -214,6 +214,16 @@ TEST_F(VectorCommand, WhatCannotBeIsRefused) {
   tests::write_file(path("plain.lfpack"), tests::draw(plain));
   expect_refusal("export plain.lfpack --layer landmarks -o out.gpkg", kNoData, {"plain.lfpack", "landmarks"});
   EXPECT_FALSE(exists("out.gpkg"));
+}
+
+// A disk that is full after 512 bytes, less than either file takes.
+TEST_F(VectorCommand, WhatCannotBeWrittenWholeIsNotWritten) {
+  for (const std::string name : {"full.geojson", "full.gpkg"}) {
+    const Outcome outcome = tests::run_landfix(path("") + " && trap '' XFSZ && ulimit -f 1",
+                                               "export map.lfpack --layer landmarks -o " + name);
+    tests::expect_refusal(outcome, kIo, {name, "cannot be written"});
+    EXPECT_FALSE(exists(name));
+  }
 }
 
 TEST_F(VectorCommand, ADamagedTileIsSaidAndNothingIsWritten) {

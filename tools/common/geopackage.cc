@@ -1,8 +1,11 @@
 #include "tools/common/geopackage.h"
 
+#include <cpl_string.h>
+#include <cpl_vsi.h>
 #include <gdal_priv.h>
 
 #include <filesystem>
+#include <string_view>
 #include <utility>
 
 #include "builder/error.h"
@@ -10,6 +13,14 @@
 #include "tools/common/files.h"
 
 namespace landfix::tools {
+namespace {
+
+struct MemoryFile {
+  std::string name;
+  ~MemoryFile() { VSIUnlink(name.c_str()); }
+};
+
+}  // namespace
 
 void require_written(bool holds, const std::string& path) {
   if (!holds) throw Error(ExitCode::kIo, path + ": cannot be written: " + CPLGetLastErrorMsg());
@@ -61,15 +72,22 @@ void write_dataset(const std::string& path, const char* driver, const std::funct
   ingest::setup_gdal();
   // Otherwise a GeoPackage tells when it was written.
   CPLSetThreadLocalConfigOption("OGR_CURRENT_DATE", "1970-01-01T00:00:00.000Z");
-  write_atomically(path, [&](const std::string& temporary) {
+  const auto write = [&](const std::string& name) {
     GDALDatasetUniquePtr file(
-        GetGDALDriverManager()->GetDriverByName(driver)->Create(temporary.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+        GetGDALDriverManager()->GetDriverByName(driver)->Create(name.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
     require_written(file != nullptr, path);
     fill(*file);
     CPLErrorReset();
     file.reset();
     require_written(CPLGetLastErrorType() < CE_Failure, path);
-  });
+  };
+  if (std::string_view(driver) == "GPKG") return write_atomically(path, write);
+  // Drivers of texts do not say that the disk is full: they write to memory.
+  const MemoryFile memory{CPLString().Printf("/vsimem/%p", static_cast<const void*>(&path))};
+  write(memory.name);
+  vsi_l_offset size = 0;
+  const GByte* bytes = VSIGetMemFileBuffer(memory.name.c_str(), &size, FALSE);
+  write_bytes(path, {bytes, size_t(size)});
 }
 
 void write_geopackage(const std::string& path, const std::function<void(GDALDataset& file)>& fill) {

@@ -120,8 +120,10 @@ cv::Mat legend(int width, const NavigabilityView& view, const std::vector<Judged
   cv::Mat row(kRow_px, width, CV_8UC3, kBackground);
   int x = kMargin_px;
   for (size_t i = 0; i < kChanceClasses.size(); ++i) {
-    const std::string text =
-        fmt::format("{} ({:.0f} %)", kChanceClasses[i].text, 100.0 * double(counts[i]) / double(nodes.size()));
+    const double percent = 100.0 * double(counts[i]) / double(nodes.size());
+    const std::string text = counts[i] > 0 && percent < 0.5
+                                 ? fmt::format("{} (<1 %)", kChanceClasses[i].text)
+                                 : fmt::format("{} ({:.0f} %)", kChanceClasses[i].text, percent);
     const int wide = 26 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, style.scale, 1, nullptr).width + 24;
     if (x > kMargin_px && x + wide > width) {
       cv::vconcat(out, row, out);

@@ -179,6 +179,18 @@ ordered_json json_of(const std::string& output, const BuildSummary& s) {
   return out;
 }
 
+std::string size_text(uint64_t bytes) {
+  return bytes < 100'000 ? fmt::format("{:.1f} kB", double(bytes) / 1e3)
+                         : fmt::format("{:.1f} MB", double(bytes) / 1e6);
+}
+
+// "0.25 to 8", or the only one.
+std::string levels_text(const LayerSummary& layer) {
+  const double finest_m = tiles::gsd_of(layer.levels.front().level),
+               coarsest_m = tiles::gsd_of(layer.levels.back().level);
+  return finest_m == coarsest_m ? fmt::format("{}", finest_m) : fmt::format("{} to {}", finest_m, coarsest_m);
+}
+
 void print(const std::string& output, const BuildSummary& s) {
   fmt::print("{}: {:.1f} MB, {:.2f} km2, {:.2f} MB/km2, zone {}, {} m per pixel\n", output, double(s.file_bytes) / 1e6,
              s.area_km2, double(s.file_bytes) / 1e6 / s.area_km2, ingest::zone_text(s.zone), s.gsd_m);
@@ -188,9 +200,8 @@ void print(const std::string& output, const BuildSummary& s) {
     if (layer.levels.empty())
       fmt::print("  {:<11} {:<7} no data\n", layer.name, name_of(layer.codec));
     else
-      fmt::print("  {:<11} {:<7} {:>8} tiles {:>10.1f} MB   {} to {} m\n", layer.name, name_of(layer.codec), tile_count,
-                 double(bytes) / 1e6, tiles::gsd_of(layer.levels.front().level),
-                 tiles::gsd_of(layer.levels.back().level));
+      fmt::print("  {:<11} {:<7} {:>8} tiles {:>13}   {} m\n", layer.name, name_of(layer.codec), tile_count,
+                 size_text(bytes), levels_text(layer));
   }
   for (const std::string& text : s.features) fmt::print("  {}\n", text);
   if (s.stored_tiles < s.tiles)

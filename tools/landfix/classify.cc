@@ -120,7 +120,7 @@ void run(const Arguments& a) {
   if (status == features::ClassifierStatus::kOk) status = classifier.scan(nodes, labels, confidence);
   if (status != features::ClassifierStatus::kOk)
     throw Error(ExitCode::kBadInput, fmt::format("{}: {}", a.image, features::to_text(status)));
-  if (cv::countNonZero(labels != features::kNoWord) == 0)
+  if (labels.empty() || cv::countNonZero(labels != features::kNoWord) == 0)
     throw Error(ExitCode::kBadInput, a.image + ": no window of 24 m has data; expected an image of at least that size");
   features::GridImage out{labels, labels != features::kNoWord, view.image.west_m, view.image.north_m, a.step_m};
   if (!a.output.empty()) write_class_map(a.output, out, class_colours(), view.zone);

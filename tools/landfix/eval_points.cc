@@ -116,7 +116,9 @@ void add_point_options(CLI::App& sub, PointArguments& a) {
   sub.add_option("--extent", a.extent, "Where all of them are known [the image]")->type_name("POLYGON");
   sub.add_option("--again", a.again, "Another image of the place: how many landmarks and intersections it shows again")
       ->type_name("IMAGE");
-  sub.add_option("--class", a.cls, "Class of the landmarks")->transform(CLI::CheckedTransformer(kClasses));
+  sub.add_option("--class", a.cls, "Class of the landmarks [building]")
+      ->transform(CLI::CheckedTransformer(kClasses).description("{building,field,tree,water,paved}"))
+      ->type_name("CLASS");
   sub.add_option("--objects", a.objects, "Model of objects [the model that comes with landfix]")->type_name("FILE");
   sub.add_option("--distance-m", a.reach_m, "Distance within which points agree")
       ->check(CLI::PositiveNumber)

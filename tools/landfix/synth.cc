@@ -34,7 +34,7 @@ constexpr const char* kFooter = R"(
 Examples:
   A place of 2 km by 2 km in summer, and the map of it:
     landfix synth -o world --seed 7
-    landfix build world/ortho.tif --dem world/dsm.tif --dem-datum ellipsoid -o world.lfpack
+    landfix build world/ortho.tif --dem world/dsm.tif -o world.lfpack
   The same place two years later, in autumn, under an evening sun, to fly over:
     landfix synth -o autumn --seed 7 --season autumn --year 2022 --sun 235,25
   A winter with snow, with near infrared, hilly, in zone 11:
@@ -63,7 +63,7 @@ void report(const Arguments& a, const synth::WriteSummary& s) {
              static_cast<double>(s.ortho_pixels) / 1e6, s.buildings, s.trees, s.roads, s.intersections, s.fields,
              s.water);
   for (const auto& file : s.files) fmt::print("  {}\n", file.string());
-  fmt::print("Heights are above the ellipsoid: give `--dem-datum ellipsoid` to landfix build.\n");
+  fmt::print("Heights are above the ellipsoid, as their files say.\n");
 }
 
 }  // namespace

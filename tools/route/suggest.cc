@@ -106,10 +106,15 @@ Suggestion suggest(const RouteProblem& problem, const SuggestOptions& options) {
   require_navigable(problem);
   std::vector<Eigen::Vector2d> straight;
   for (const Stop& stop : problem.stops) straight.push_back(stop.place);
+  const Alternative shortest = scored("straight", straight, problem, options.score),
+                    safer = best("safer", problem, options, options.safer);
+  Alternative suggested = best("suggested", problem, options, options.exposure);
+  // The search judges image by image on its grid, the score the whole way: another way may keep what the cheapest does
+  // not.
+  for (const Alternative& other : {shortest, safer})
+    if (!suggested.score.met && other.allowed && other.score.met) suggested = other, suggested.name = "suggested";
   Suggestion suggestion;
-  suggestion.alternatives.push_back(scored("straight", straight, problem, options.score));
-  suggestion.alternatives.push_back(best("suggested", problem, options, options.exposure));
-  suggestion.alternatives.push_back(best("safer", problem, options, options.safer));
+  suggestion.alternatives = {shortest, suggested, safer};
   suggestion.met = suggestion.suggested().score.met;
   if (!suggestion.met) suggestion.explanation = why_not(suggestion.suggested().score);
   return suggestion;

@@ -1,9 +1,10 @@
-// Replays the fuzzer's corpus in the normal build: every input once, and cut in the middle.
+// Replays a fuzzer's corpus in the normal build: every input once, and cut in the middle.
 #include <gtest/gtest.h>
 
 #include <filesystem>
-
-#include "tests/pack/draw.h"
+#include <fstream>
+#include <iterator>
+#include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
@@ -14,7 +15,8 @@ TEST(FuzzCorpus, IsAnsweredWithoutACrash) {
   int inputs = 0;
   for (const auto& entry : std::filesystem::directory_iterator(LANDFIX_FUZZ_CORPUS)) {
     SCOPED_TRACE(entry.path().filename().string());
-    const std::vector<uint8_t> input = read_file(entry.path());
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::vector<uint8_t> input(std::istreambuf_iterator<char>(file), {});
     EXPECT_EQ(LLVMFuzzerTestOneInput(input.data(), input.size()), 0);
     EXPECT_EQ(LLVMFuzzerTestOneInput(input.data(), input.size() / 2), 0);
     ++inputs;
