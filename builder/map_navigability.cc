@@ -119,6 +119,7 @@ void judge_part(const Plan& plan, const ingest::Stack& images, const tiles::Pixe
   for (size_t f = 0; f < footprints.size(); ++f) {
     const navigability::Footprint view = view_of(footprints[f]);
     const double step_m = tiles::node_spacing_m(footprints[f]);
+    const int stride = nodes_per_view(footprints[f]);
     const auto column = std::lround(part.west_m() / step_m), row = std::lround(part.north_m() / step_m);
     for (int i = 0; i < int(nodes[f].total()); ++i) {
       const int x = i % nodes[f].cols, y = i / nodes[f].cols;
@@ -126,7 +127,7 @@ void judge_part(const Plan& plan, const ingest::Stack& images, const tiles::Pixe
       const Predictors p = witness.at(east_m, north_m, view, plan.matchers[0]);
       if (p.dates == 0) continue;
       Navigability place = judged(plan, p, dates.days[size_t(p.newest)], gsd_m);
-      const bool by_all = (column + x) % 2 == 0 && (row - y) % 2 == 0;
+      const bool by_all = (column + x) % stride == 0 && (row - y) % stride == 0;
       for (size_t m = 1; m < plan.matchers.size() && by_all; ++m)
         place.fix_probability[size_t(finder_of(plan.matchers[m]))] =
             navigability::fix_probability(witness.at(east_m, north_m, view, plan.matchers[m]), plan.matchers[m]);
@@ -190,6 +191,8 @@ JudgedBlocks::JudgedBlocks(const Footprint& footprint, int image_level)
     : name("found/" + tiles::layer_of(footprint)), level(matched_level(footprint, image_level) + layers::kBlockLog2) {
   side_nodes = int(std::lround(tiles::tile_side(level) / tiles::node_spacing_m(footprint)));
 }
+
+int nodes_per_view(const Footprint& f) { return std::max(2, int(f.template_m / tiles::node_spacing_m(f))); }
 
 Finder finder_of(nav::Method method) {
   switch (method) {

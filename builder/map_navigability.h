@@ -26,7 +26,7 @@ bool judges(const Plan& plan, int level);
 
 /// What the images say of every node in a block of `images.rect.level`, for the journal: one tile per footprint that is
 /// matched at this level, and at ground_level() what covers the ground. Places are judged by the first of plan.matchers
-/// at every node, by the others at every other one of each row and column. The same for a block whatever the blocks
+/// at every node, by the others at some (nodes_per_view). The same for a block whatever the blocks
 /// around it. `images` reaches navigability_halo_px() beyond the block, where there is data.
 std::vector<catalog::FinishedTile> judge_places(const Plan& plan, const ingest::Stack& images,
                                                 const tiles::TileIndex& block);
@@ -42,6 +42,10 @@ struct JudgedBlocks {
 
 /// The pixels of a layer: tiles::NavigabilityPixel.
 inline constexpr tiles::TileFormat kNavigabilityFormat{tiles::PixelType::kU8, uint8_t(tiles::kNavigabilityChannels), 0};
+
+/// Every so manieth node of each row and column is judged by all matchers, the others by the first alone: these lie at
+/// most a view apart, or two nodes.
+int nodes_per_view(const tiles::Footprint& footprint);
 
 /// Whose chance a matcher's is.
 tiles::Finder finder_of(nav::Method method);

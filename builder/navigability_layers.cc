@@ -153,9 +153,9 @@ void add_reasons(const GroundMap& ground, const Relief& relief, const cv::Point2
 
 double logit(double p) { return std::log(p / (1 - p)); }
 
-// Chances by matchers that were asked at every other node only. Between these their log odds lie as far from those of
-// the first matcher, which is known everywhere, as at the nodes around.
-void fill_chances(Places& places, Finder first, Finder other) {
+// Chances by matchers that were asked at every so manieth node only. Between these their log odds lie as far from those
+// of the first matcher, which is known everywhere, as at the nodes around.
+void fill_chances(Places& places, Finder first, Finder other, int stride) {
   const std::vector<std::optional<Navigability>> judged = places.nodes;
   for (int y = 0; y < Places::kSide; ++y) {
     for (int x = 0; x < Places::kSide; ++x) {
@@ -163,8 +163,9 @@ void fill_chances(Places& places, Finder first, Finder other) {
       if (!place || !std::isnan(place->fix_probability[size_t(other)])) continue;
       double apart = 0;
       int count = 0;
-      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, Places::kSide - 1); ++v)
-        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, Places::kSide - 1); ++u) {
+      const int reach = stride - 1;
+      for (int v = std::max(y - reach, 0); v <= std::min(y + reach, Places::kSide - 1); ++v)
+        for (int u = std::max(x - reach, 0); u <= std::min(x + reach, Places::kSide - 1); ++u) {
           const std::optional<Navigability>& near = judged[size_t(v) * Places::kSide + size_t(u)];
           if (!near || std::isnan(near->fix_probability[size_t(other)])) continue;
           apart += logit(near->fix_probability[size_t(other)]) - logit(near->fix_probability[size_t(first)]);
@@ -197,7 +198,7 @@ Places places_of(const Catalog& catalog, const std::vector<TileRecord>& records,
 // Adds what blocks cannot know of the nodes in the area; without data beyond. Whether any is left.
 bool finish_places(const Plan& plan, const Surroundings& s, const Relief& relief, const Footprint& f, Places& places) {
   for (size_t m = 1; m < plan.matchers.size(); ++m)
-    fill_chances(places, finder_of(plan.matchers[0]), finder_of(plan.matchers[m]));
+    fill_chances(places, finder_of(plan.matchers[0]), finder_of(plan.matchers[m]), nodes_per_view(f));
   bool any = false;
   for (size_t i = 0; i < places.nodes.size(); ++i) {
     if (!places.nodes[i]) continue;

@@ -99,6 +99,8 @@ GridImage newest_of(std::span<const GridImage> dates) {
   return out;
 }
 
+double squared(double v) { return v * v; }
+
 /// Where on a surface of scores, as seen from the truth.
 struct Around {
   const GridImage& surface;
@@ -111,17 +113,17 @@ struct Around {
   void for_each(const Visit& visit) const {
     for (int y = 0; y < surface.pixels.rows; ++y)
       for (int x = 0; x < surface.pixels.cols; ++x)
-        if (surface.valid.at<uint8_t>(y, x)) visit(x, y, std::hypot(east_of(x), north_of(y)));
+        if (surface.valid.at<uint8_t>(y, x)) visit(x, y, squared(east_of(x)) + squared(north_of(y)));
   }
 };
 
 /// Share of the likelihood, outliers left out, within `hit_m` of the truth.
 double mass_near_truth(const nav::Likelihood& likelihood, const Around& around, double hit_m) {
   double near = 0, all = 0;
-  around.for_each([&](int x, int y, double away_m) {
+  around.for_each([&](int x, int y, double away_m2) {
     const double excess = likelihood.values.pixels.at<float>(y, x) - likelihood.outside;
     all += excess;
-    if (away_m <= hit_m) near += excess;
+    if (away_m2 <= squared(hit_m)) near += excess;
   });
   return all > 0 ? near / all : 0;
 }
@@ -129,8 +131,8 @@ double mass_near_truth(const nav::Likelihood& likelihood, const Around& around, 
 double mean_beyond(const Around& around, double radius_m) {
   double sum = 0;
   int count = 0;
-  around.for_each([&](int x, int y, double away_m) {
-    if (away_m <= radius_m) return;
+  around.for_each([&](int x, int y, double away_m2) {
+    if (away_m2 <= squared(radius_m)) return;
     sum += around.surface.pixels.at<float>(y, x);
     ++count;
   });
@@ -141,10 +143,10 @@ std::optional<LookAlike> strongest_look_alike(const Around& mean, double hit_m) 
   const double lobe_m = std::max(2 * hit_m, kMainLobePx * mean.surface.gsd_m);
   double own = 0, highest = 0;
   LookAlike found;
-  mean.for_each([&](int x, int y, double away_m) {
+  mean.for_each([&](int x, int y, double away_m2) {
     const double score = mean.surface.pixels.at<float>(y, x);
-    if (away_m <= hit_m) own = std::max(own, score);
-    if (away_m <= lobe_m || score <= highest) return;
+    if (away_m2 <= squared(hit_m)) own = std::max(own, score);
+    if (away_m2 <= squared(lobe_m) || score <= highest) return;
     highest = score;
     found = {mean.east_of(x), mean.north_of(y), 0};
   });
