@@ -26,7 +26,7 @@ namespace {
 using layers::Input;
 using layers::LevelRule;
 
-constexpr int kCoarsestView_px = 16;  // a smaller view says next to nothing
+constexpr int kCoarsestView_px = 16;   // a smaller view says next to nothing
 constexpr int kFarthestView_px = 512;  // a farther search takes hours and memory, and no vehicle is so lost
 
 int image_level_of(const BuildOptions& options, const ingest::ImageSet& images) {
