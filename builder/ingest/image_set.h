@@ -60,10 +60,10 @@ class ImageSet {
   const std::vector<Source>& sources() const;  ///< in the order of the files given
   /// Newest first, undated last; in the order of the files where dates are equal.
   const std::vector<EpochInfo>& epochs() const;
-  const GridBounds& bounds() const;  ///< union over all sources
+  const GridBounds& bounds() const;                  ///< union over all sources
   const std::vector<std::string>& warnings() const;  ///< what looks as if it were not meant
-  double finest_gsd_m() const;       ///< native GSD of the finest source
-  int derived_level() const;         ///< the level nearest to the finest source's GSD
+  double finest_gsd_m() const;                       ///< native GSD of the finest source
+  int derived_level() const;                         ///< the level nearest to the finest source's GSD
 
   /// Whether some image's footprint may touch the rectangle (a cheap test by bounds).
   bool touches(const GridBounds& b) const;

@@ -166,7 +166,8 @@ void Raster::check_georeference() {
                     "gdal_translate -a_srs EPSG:n -a_ullr WEST NORTH EAST SOUTH IN OUT");
   }
   if (geotransform_[2] != 0 || geotransform_[4] != 0) {
-    throw bad_input(path_, "its geotransform is rotated or sheared. Turn it north up first: gdalwarp -r cubic -dstalpha IN OUT");
+    throw bad_input(
+        path_, "its geotransform is rotated or sheared. Turn it north up first: gdalwarp -r cubic -dstalpha IN OUT");
   }
   if (geotransform_[1] == 0 || geotransform_[5] == 0 ||
       !std::all_of(geotransform_, geotransform_ + 6, [](double v) { return std::isfinite(v); })) {

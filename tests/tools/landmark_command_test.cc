@@ -87,7 +87,7 @@ TEST_F(LandmarkCommand, BadInputIsRefusedWithWhatToDo) {
   tests::expect_refusal(run("classify summer.tif --model none.model"), kIo, {"none.model"});
   tests::expect_refusal(run("classify summer.tif --step-m 3"), kUsage, {"2, 4, 6"});
   features::GridImage tiny = summer();
-  tiny.pixels = tiny.pixels(cv::Rect(0, 0, 3, 3)).clone(), tiny.valid = tiny.valid(cv::Rect(0, 0, 3, 3)).clone();
+  tiny.pixels = tiny.pixels(cv::Rect(0, 0, 3, 3)).clone();
   save("tiny.tif", tiny);
   tests::expect_refusal(run("classify tiny.tif"), kBadInput, {"tiny.tif", "24 m"});
   tests::expect_refusal(run("classify summer.tif -o classes.png"), kUsage, {".tif"});

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <csignal>
@@ -194,13 +195,15 @@ std::string levels_text(const LayerSummary& layer) {
 void print(const std::string& output, const BuildSummary& s) {
   fmt::print("{}: {:.1f} MB, {:.2f} km2, {:.2f} MB/km2, zone {}, {} m per pixel\n", output, double(s.file_bytes) / 1e6,
              s.area_km2, double(s.file_bytes) / 1e6 / s.area_km2, ingest::zone_text(s.zone), s.gsd_m);
+  size_t longest = 0;
+  for (const LayerSummary& layer : s.layers) longest = std::max(longest, layer.name.size());
   for (const LayerSummary& layer : s.layers) {
     uint64_t tile_count = 0, bytes = 0;
     for (const LevelSummary& level : layer.levels) tile_count += level.tiles, bytes += level.bytes;
     if (layer.levels.empty())
-      fmt::print("  {:<11} {:<7} no data\n", layer.name, name_of(layer.codec));
+      fmt::print("  {:<{}} {:<7} no data\n", layer.name, longest, name_of(layer.codec));
     else
-      fmt::print("  {:<11} {:<7} {:>8} tiles {:>13}   {} m\n", layer.name, name_of(layer.codec), tile_count,
+      fmt::print("  {:<{}} {:<7} {:>8} tiles {:>13}   {} m\n", layer.name, longest, name_of(layer.codec), tile_count,
                  size_text(bytes), levels_text(layer));
   }
   for (const std::string& text : s.features) fmt::print("  {}\n", text);
