@@ -64,8 +64,11 @@ void run_score(const Arguments& a) {
   const mission::Mission mission = read_noted(a.mission);
   const route::Path path = route::path_of(mission, setup.zone, setup.heights, path_options(a));
   const route::RouteScore score = route::score(path, *setup.navigability, setup.vehicle, setup.score);
-  if (!a.html.empty()) write_text(a.html, route::html_report(score, *setup.navigability, setup.vehicle));
   print(a, route::to_json(score, setup.zone), route::to_text(score));
+  if (a.html.empty()) return;
+  const route::Fences fences = route::fences_of(mission, setup.zone);
+  const route::ReportScene scene = route::scene_of(setup.pack, a.map, fences, &mission, setup.zone);
+  write_text(a.html, route::html_report(score, *setup.navigability, setup.vehicle, scene));
 }
 
 void run_altitude(const Arguments& a) {
@@ -165,7 +168,11 @@ void run_suggest(const Arguments& a) {
   set_level(a, setup, mission, problem);
   const route::Suggestion suggestion = route::suggest(problem, {setup.score});
   print(a, route::to_json(suggestion, setup.zone), route::to_text(suggestion));
-  if (!a.html.empty()) write_text(a.html, route::html_report(suggestion, *setup.navigability, setup.vehicle));
+  if (!a.html.empty()) {
+    const route::ReportScene scene =
+        route::scene_of(setup.pack, a.map, problem.fences, mission ? &*mission : nullptr, setup.zone);
+    write_text(a.html, route::html_report(suggestion, *setup.navigability, setup.vehicle, scene));
+  }
   if (!a.output.empty()) write_text(a.output, suggested_file(a, setup, mission, stops, problem, suggestion));
 }
 
