@@ -106,6 +106,11 @@ void set_level(const Arguments& a, const RouteSetup& setup, const std::optional<
     problem.level_m = sum / (kSamples + 1);
   }
   if (!a.band.empty()) {
+    if (!(a.band[0] >= 0 && a.band[0] < a.band[1]))
+      throw Error(ExitCode::kUsage,
+                  fmt::format("--band: expected the lower height above ground and then the higher one, "
+                              "found {:g},{:g}",
+                              a.band[0], a.band[1]));
     problem.least_agl_m = a.band[0];
     problem.most_agl_m = a.band[1];
   }
@@ -143,10 +148,25 @@ std::string suggested_file(const Arguments& a, const RouteSetup& setup, const st
   return mission::new_mission(format, places, about);
 }
 
+/// A level below the ground at a stop leaves no way, and the search could not say why.
+void require_above_ground(const route::RouteProblem& problem) {
+  if (problem.above_ground) return;
+  for (const route::Stop& stop : problem.stops) {
+    const auto ground_m = problem.heights.ground_m(stop.place.x(), stop.place.y());
+    if (!ground_m || problem.level_m > *ground_m) continue;
+    throw Error(
+        ExitCode::kBadInput,
+        fmt::format("--altitude {:g}: expected a height above the ground, which lies {:.0f} m above the ellipsoid "
+                    "at a place of the route; fly higher",
+                    problem.level_m, *ground_m));
+  }
+}
+
 void run_suggest(const Arguments& a) {
   const bool places = !a.from.empty() && !a.to.empty();
   if (places == !a.mission.empty())
     throw Error(ExitCode::kUsage, "route suggest: expected either a mission, or --from and --to");
+  if (!a.output.empty()) mission::format_for(a.output);  // refused before the search, not after it
   const RouteSetup setup(a);
   route::RouteProblem problem;
   problem.map = setup.navigability.get();
@@ -166,6 +186,7 @@ void run_suggest(const Arguments& a) {
     problem.fences = route::fences_of(*mission, setup.zone, no_fly);
   }
   set_level(a, setup, mission, problem);
+  require_above_ground(problem);
   const route::Suggestion suggestion = route::suggest(problem, {setup.score});
   print(a, route::to_json(suggestion, setup.zone), route::to_text(suggestion));
   if (!a.html.empty()) {
