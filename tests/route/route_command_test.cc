@@ -1,4 +1,6 @@
 // `landfix route` as a user runs it: every format in and out, and what is wrong with missions and requirements.
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -160,6 +162,39 @@ TEST_F(RouteCommand, RefusesMissionsThatCannotBeFlown) {
   write("low.gpx", mission::kGpxText);
   expect_refusal(run("score low.gpx --require 10m"), int(ExitCode::kUsage), {"10m@95%"});
   expect_refusal(run("score low.gpx --date tomorrow"), int(ExitCode::kUsage), {"--date", "tomorrow"});
+  expect_refusal(run("score low.gpx --corridor nan"), int(ExitCode::kUsage), {"--corridor", "nan"});
+}
+
+// Numbers that no aircraft flies are refused, not scored.
+TEST_F(RouteCommand, RefusesHeightsAndSpeedsOfNoAircraft) {
+  for (const double height_m : {1e300, 30'000.0}) {
+    write_line(500, 5500, height_m);
+    expect_refusal(run("score line.geojson"), int(ExitCode::kBadInput), {"line.geojson", "at most 20000 m"});
+  }
+  write_line();
+  for (const char* speed : {"1e-300", "1e300"})
+    expect_refusal(run(std::string("score line.geojson --speed ") + speed), int(ExitCode::kBadInput),
+                   {"line.geojson", "expected a speed from 0.01 to 1000 m/s"});
+  const std::string places = "suggest --from=" + lonlat(500, 2000) + " --to=" + lonlat(5500, 2000);
+  expect_refusal(run(places + " --altitude 399"), int(ExitCode::kBadInput), {"--altitude 399", "400 m", "fly higher"});
+  for (const char* band : {"200,100", "nan,100"})
+    expect_refusal(run(places + " --band " + band), int(ExitCode::kUsage), {"--band", "lower height"});
+  std::filesystem::create_directories(folder_ + "/folder");
+  expect_refusal(run(places + " --no-fly folder"), int(ExitCode::kIo), {"folder", "nothing to read"});
+}
+
+// What stands where the report shall go stays: a folder, and a pipe, which a file of its name would destroy.
+TEST_F(RouteCommand, ReplacesNothingButFiles) {
+  write_line();
+  std::filesystem::create_directories(folder_ + "/folder.html");
+  ASSERT_EQ(mkfifo((folder_ + "/pipe.html").c_str(), 0600), 0);
+  for (const char* name : {"folder.html", "pipe.html"}) {
+    const auto before = std::filesystem::status(folder_ + "/" + name).type();
+    const Outcome outcome = run(std::string("score line.geojson --html ") + name);
+    expect_refusal(outcome, int(ExitCode::kIo), {name, "choose another name"});
+    EXPECT_NE(outcome.out.find("not met"), std::string::npos) << "the score is not lost";
+    EXPECT_EQ(std::filesystem::status(folder_ + "/" + name).type(), before);
+  }
 }
 
 // Half on the map: scored, with the share that is not.

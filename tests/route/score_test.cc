@@ -108,6 +108,24 @@ TEST(Score, ReportStandsAlone) {
   EXPECT_EQ(html, html_report(s, lake(), vehicle()));
 }
 
+// What the mission says of places is on the map: a fence to stay out of, one to stay in, and a rally point; and where
+// the requirement is missed.
+TEST(Score, ReportShowsFencesAndRallyPoints) {
+  const RouteScore s = score(eastwards(500, 5500), lake(), vehicle(), without_flights());
+  const std::string bare = html_report(s, lake(), vehicle());
+  ReportScene scene;
+  scene.fences = Fences({{at(1000, 1000), at(2000, 1000), at(2000, 1500)}}, {{at(0, 0), at(6000, 0), at(6000, 6000)}});
+  scene.rally_points = {at(1500, 2500)};
+  const std::string html = html_report(s, lake(), vehicle(), scene);
+  for (const char* what : {"class=\"exclusion\"", "class=\"inclusion\"", ">R</text>", "rally point", "no-fly area"}) {
+    EXPECT_NE(html.find(what), std::string::npos) << what;
+    EXPECT_EQ(bare.find(what), std::string::npos) << what;
+  }
+  for (const char* what : {">N</text>", "worst stretch", "below 0.2", ">1 km</text>"})
+    EXPECT_NE(html.find(what), std::string::npos) << what;
+  EXPECT_EQ(html.find("nan"), std::string::npos);
+}
+
 TEST(Score, Json) {
   const auto json = to_json(score(eastwards(500, 5500), lake(), vehicle(), without_flights()), kZone, 100);
   EXPECT_EQ(json["worst_stretch"]["reason"], "water");

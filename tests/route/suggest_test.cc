@@ -93,6 +93,49 @@ TEST(Suggest, GoesAroundALake) {
   EXPECT_LT(s.alternatives[0].score.within, 0.85);
 }
 
+// Nothing of the search decides here: of all ways over the head of a lake, with two corners (30 m apart) symmetric to
+// it, the shortest that meets the requirement by its score. What the search finds is as short, but for its grid and
+// levels.
+TEST(Suggest, FindsTheShortestWayThatMeets) {
+  const FunctionMap map = field(4000, {{1400, 0, 2600, 1900, poor_place(kWater)}});
+  const RouteProblem p = problem(map, {at(700, 1300), at(3300, 1300)});
+  double shortest_m = std::numeric_limits<double>::infinity();
+  for (double y = 1300; y <= 2200; y += 30) {
+    for (double aside = 0; aside <= 900; aside += 30) {
+      const std::vector<Eigen::Vector2d> way = {at(700, 1300), at(2000 - aside, y), at(2000 + aside, y),
+                                                at(3300, 1300)};
+      const Path path = path_through("", way, 120, true, 15, flat_heights());
+      if (path.length_m() < shortest_m && score(path, map, p.vehicle, quick().score).met) shortest_m = path.length_m();
+    }
+  }
+  EXPECT_GT(shortest_m, 2700);  // 2600 m straight, 3043 m without touching the water
+  EXPECT_LT(shortest_m, 3043);
+  const CostModel length_only{quick().score.requirement, 0, std::numeric_limits<double>::infinity()};
+  const auto found = cheapest_route(p, length_only);
+  ASSERT_TRUE(found);
+  const double found_m = cost_of(p, length_only, straightened(p, length_only, *found)).length_m;
+  EXPECT_LT(found_m, 1.03 * shortest_m);
+  EXPECT_GT(found_m, 0.97 * shortest_m);
+  const Suggestion s = suggest(p, quick());
+  EXPECT_TRUE(s.met);
+  EXPECT_LT(s.suggested().score.length_m, 1.1 * shortest_m);  // with the detour that better ground is worth
+}
+
+// No way keeps 0.5 m, so all of any way misses it and the shortest leads over the water; but around it several metres
+// can be kept, and that is said and shown.
+TEST(Suggest, ShowsTheBestThatCanBeKept) {
+  const FunctionMap map = field(4000, {{1400, 0, 2600, 1900, poor_place(kWater)}});
+  SuggestOptions options = quick();
+  options.score.requirement.radius_m = 0.5;
+  const Suggestion s = suggest(problem(map, {at(700, 1300), at(3300, 1300)}), options);
+  EXPECT_FALSE(s.met);
+  EXPECT_GT(s.suggested().score.largest_radius_m, 20);
+  ASSERT_EQ(s.alternatives.size(), 4u);
+  EXPECT_EQ(s.alternatives[3].name, "steadiest");
+  EXPECT_LT(s.alternatives[3].score.largest_radius_m, 6);
+  EXPECT_NE(s.explanation.find("can be kept everywhere"), std::string::npos) << s.explanation;
+}
+
 // Where all is good the suggested way is the straight one.
 TEST(Suggest, StraightOverGoodGround) {
   const FunctionMap map = field(5000, {});

@@ -17,6 +17,14 @@ namespace {
   throw Error(ExitCode::kIo, path + ": cannot be written: " + std::strerror(errno));
 }
 
+/// A device, a pipe or a folder cannot be replaced by a file of its name: renaming would destroy what is there.
+void require_replaceable(const std::string& path) {
+  struct stat there {};
+  if (stat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode)) return;
+  throw Error(ExitCode::kIo, path + ": expected the name of a file to write, found something else there" +
+                                 (S_ISDIR(there.st_mode) ? " (a folder)" : "") + "; choose another name");
+}
+
 void flush_to_disk(const std::string& path, unsigned mode) {
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) fail(path);
@@ -28,6 +36,7 @@ void flush_to_disk(const std::string& path, unsigned mode) {
 }  // namespace
 
 void write_atomically(const std::string& path, const std::function<void(const std::string&)>& write, unsigned mode) {
+  require_replaceable(path);
   const std::filesystem::path target(path);
   std::filesystem::path temporary = target;
   temporary.replace_filename("." + target.stem().string() + ".part" + target.extension().string());

@@ -10,7 +10,7 @@ namespace landfix::tools {
 
 /// Calls `write` with a temporary name beside `path` (same extension), flushes what it wrote to disk and renames it to
 /// `path`. The temporary file is removed when anything throws. `mode`: permission bits of the result. Throws
-/// Error(kIo).
+/// Error(kIo), also where `path` names a folder, a device or a pipe.
 void write_atomically(const std::string& path, const std::function<void(const std::string& temporary)>& write,
                       unsigned mode = 0644);
 

@@ -64,8 +64,11 @@ void run_score(const Arguments& a) {
   const mission::Mission mission = read_noted(a.mission);
   const route::Path path = route::path_of(mission, setup.zone, setup.heights, path_options(a));
   const route::RouteScore score = route::score(path, *setup.navigability, setup.vehicle, setup.score);
-  if (!a.html.empty()) write_text(a.html, route::html_report(score, *setup.navigability, setup.vehicle));
   print(a, route::to_json(score, setup.zone), route::to_text(score));
+  if (a.html.empty()) return;
+  const route::Fences fences = route::fences_of(mission, setup.zone);
+  const route::ReportScene scene = route::scene_of(setup.pack, a.map, fences, &mission, setup.zone);
+  write_text(a.html, route::html_report(score, *setup.navigability, setup.vehicle, scene));
 }
 
 void run_altitude(const Arguments& a) {
@@ -103,6 +106,11 @@ void set_level(const Arguments& a, const RouteSetup& setup, const std::optional<
     problem.level_m = sum / (kSamples + 1);
   }
   if (!a.band.empty()) {
+    if (!(a.band[0] >= 0 && a.band[0] < a.band[1]))
+      throw Error(ExitCode::kUsage,
+                  fmt::format("--band: expected the lower height above ground and then the higher one, "
+                              "found {:g},{:g}",
+                              a.band[0], a.band[1]));
     problem.least_agl_m = a.band[0];
     problem.most_agl_m = a.band[1];
   }
@@ -140,10 +148,25 @@ std::string suggested_file(const Arguments& a, const RouteSetup& setup, const st
   return mission::new_mission(format, places, about);
 }
 
+/// A level below the ground at a stop leaves no way, and the search could not say why.
+void require_above_ground(const route::RouteProblem& problem) {
+  if (problem.above_ground) return;
+  for (const route::Stop& stop : problem.stops) {
+    const auto ground_m = problem.heights.ground_m(stop.place.x(), stop.place.y());
+    if (!ground_m || problem.level_m > *ground_m) continue;
+    throw Error(
+        ExitCode::kBadInput,
+        fmt::format("--altitude {:g}: expected a height above the ground, which lies {:.0f} m above the ellipsoid "
+                    "at a place of the route; fly higher",
+                    problem.level_m, *ground_m));
+  }
+}
+
 void run_suggest(const Arguments& a) {
   const bool places = !a.from.empty() && !a.to.empty();
   if (places == !a.mission.empty())
     throw Error(ExitCode::kUsage, "route suggest: expected either a mission, or --from and --to");
+  if (!a.output.empty()) mission::format_for(a.output);  // refused before the search, not after it
   const RouteSetup setup(a);
   route::RouteProblem problem;
   problem.map = setup.navigability.get();
@@ -163,9 +186,14 @@ void run_suggest(const Arguments& a) {
     problem.fences = route::fences_of(*mission, setup.zone, no_fly);
   }
   set_level(a, setup, mission, problem);
+  require_above_ground(problem);
   const route::Suggestion suggestion = route::suggest(problem, {setup.score});
   print(a, route::to_json(suggestion, setup.zone), route::to_text(suggestion));
-  if (!a.html.empty()) write_text(a.html, route::html_report(suggestion, *setup.navigability, setup.vehicle));
+  if (!a.html.empty()) {
+    const route::ReportScene scene =
+        route::scene_of(setup.pack, a.map, problem.fences, mission ? &*mission : nullptr, setup.zone);
+    write_text(a.html, route::html_report(suggestion, *setup.navigability, setup.vehicle, scene));
+  }
   if (!a.output.empty()) write_text(a.output, suggested_file(a, setup, mission, stops, problem, suggestion));
 }
 

@@ -1,6 +1,9 @@
 #include "tools/landfix/route_setup.h"
 
+#include <fmt/format.h>
+
 #include <array>
+#include <cmath>
 
 #include "tools/common/manifest_json.h"
 #include "tools/common/open_pack.h"
@@ -61,6 +64,8 @@ RouteSetup::RouteSetup(const RouteArguments& a)
   vehicle.image_interval_s = flight.image_interval_s;
   vehicle.errors = route::error_model(flight);
   score.requirement = route::parse_requirement(a.require);
+  if (!(score.corridor_m > 0 && std::isfinite(score.corridor_m)))
+    throw Error(ExitCode::kUsage, fmt::format("--corridor: expected metres, found {}", score.corridor_m));
 }
 
 }  // namespace landfix::tools

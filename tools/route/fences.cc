@@ -48,11 +48,17 @@ Polygon polygon_of(const mission::Mission& mission, const tiles::Zone& zone, con
 }  // namespace
 
 struct Fences::Area {
-  explicit Area(const Polygon& corners) {
+  explicit Area(const Polygon& polygon) : corners(polygon) {
     for (const Eigen::Vector2d& c : corners) bg::append(shape.outer(), Point(c.x(), c.y()));
     bg::correct(shape);
     bg::envelope(shape, box);
   }
+  static std::vector<Polygon> corners_of(const std::vector<Area>& areas) {
+    std::vector<Polygon> out;
+    for (const Area& a : areas) out.push_back(a.corners);
+    return out;
+  }
+  Polygon corners;
   bg::model::polygon<Point> shape;
   bg::model::box<Point> box;
 };
@@ -64,6 +70,9 @@ Fences::Fences(std::vector<Polygon> exclusions, std::vector<Polygon> inclusions)
 Fences::~Fences() = default;
 Fences::Fences(const Fences&) = default;
 Fences& Fences::operator=(const Fences&) = default;
+
+std::vector<Polygon> Fences::exclusions() const { return Area::corners_of(exclusions_); }
+std::vector<Polygon> Fences::inclusions() const { return Area::corners_of(inclusions_); }
 
 bool Fences::allow(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   if (exclusions_.empty() && inclusions_.empty()) return true;

@@ -22,6 +22,9 @@ class Fences {
   /// Whether the straight line between two places keeps to them; touching counts as crossing.
   bool allow(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
 
+  std::vector<Polygon> exclusions() const;
+  std::vector<Polygon> inclusions() const;
+
  private:
   struct Area;
   std::vector<Area> exclusions_, inclusions_;

@@ -12,14 +12,23 @@ namespace {
 
 constexpr double kGroundCheckStepM = 25;
 constexpr double kMostImages = 20'000;
+constexpr double kHighestM = 20'000;  ///< nothing that takes such images flies higher
+constexpr double kSlowestMps = 0.01, kFastestMps = 1000;
 
 }  // namespace
 
 Path::Path(std::string name, std::vector<Vertex> vertices, std::vector<Leg> legs, const Heights& heights)
     : name_(std::move(name)), vertices_(std::move(vertices)), legs_(std::move(legs)), heights_(heights) {
   for (const Vertex& v : vertices_) {
-    if (v.speed_mps > 0 && std::isfinite(v.speed_mps)) continue;
-    throw Error(ExitCode::kBadInput, fmt::format("{}: expected a positive speed, found {} m/s", name_, v.speed_mps));
+    if (!(v.speed_mps >= kSlowestMps && v.speed_mps <= kFastestMps))
+      throw Error(ExitCode::kBadInput, fmt::format("{}: expected a speed from {:g} to {:g} m/s, found {:g} m/s; check "
+                                                   "--speed or the mission's speeds",
+                                                   name_, kSlowestMps, kFastestMps, v.speed_mps));
+    if (!(v.level_m <= kHighestM))
+      throw Error(ExitCode::kBadInput,
+                  fmt::format("{}: expected a height of at most {:g} m, found {:g} m; check its unit, and what it is "
+                              "counted from",
+                              name_, kHighestM, v.level_m));
   }
   double distance_m = 0, time_s = 0;
   for (size_t i = 0; i < vertices_.size(); ++i) {

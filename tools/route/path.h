@@ -53,7 +53,8 @@ struct Vertex {
 class Path {
  public:
   /// `name` stands for the path in messages. Throws Error (kBadInput) for fewer than two vertices or no length, for a
-  /// speed that is not positive, and where the path leads below the ground; `heights.ground_m` must outlive the path.
+  /// speed outside of 0.01 to 1000 m/s, for a height above 20 km, and where the path leads below the ground;
+  /// `heights.ground_m` must outlive the path.
   Path(std::string name, std::vector<Vertex> vertices, std::vector<Leg> legs, const Heights& heights);
 
   double length_m() const { return starts_m_.back(); }

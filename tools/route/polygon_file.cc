@@ -64,7 +64,8 @@ std::vector<Polygon> read_polygons(const std::string& path, const tiles::Zone& z
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;
   text << file.rdbuf();
-  if (!file) throw Error(ExitCode::kIo, path + ": cannot be read");
+  if (!file || text.str().empty())
+    throw Error(ExitCode::kIo, path + ": expected a GeoJSON file with polygons, found nothing to read; check the name");
   return parse_polygons(text.str(), path, zone);
 }
 

@@ -14,6 +14,8 @@ namespace {
 constexpr double kNavigable = 0.05;  ///< chance of a fix below which a place is of no use at all
 constexpr double kTighter = 0.94;    ///< radius asked of the grid, times this for each time that the score disagreed
 constexpr int kTries = 4;
+constexpr int kHalvings = 6;           ///< of the radius, on a logarithmic scale over a range of 64 at most
+constexpr double kWorthShowing = 0.9;  ///< largest radius of the steadiest way over that of the suggested one
 
 /// Throws unless some place of the region gives fixes.
 void require_navigable(const RouteProblem& problem) {
@@ -83,13 +85,41 @@ Alternative best(const std::string& name, const RouteProblem& problem, const Sug
   return scored(name, *points, problem, options.score);
 }
 
-std::string why_not(const RouteScore& s) {
+/// Where no way meets the requirement: the one whose largest error is the least. Nothing where that is hardly less than
+/// on the suggested way.
+std::optional<Alternative> steadiest(const RouteProblem& problem, const SuggestOptions& options,
+                                     const RouteScore& suggested) {
+  CostModel model;
+  model.requirement = options.score.requirement;
+  model.exposure = options.exposure;
+  double most_m = suggested.largest_radius_m, least_m = std::max(model.requirement.radius_m, most_m / 64);
+  std::optional<Alternative> found;
+  for (int i = 0; i < kHalvings && least_m < most_m; ++i) {
+    model.requirement.radius_m = std::sqrt(least_m * most_m);
+    const auto points = route(problem, model, false);
+    if (!points) {
+      least_m = model.requirement.radius_m;
+      continue;
+    }
+    most_m = model.requirement.radius_m;
+    Alternative a = scored("steadiest", *points, problem, options.score);
+    if (!found || a.score.largest_radius_m < found->score.largest_radius_m) found = std::move(a);
+  }
+  if (found && found->score.largest_radius_m > kWorthShowing * suggested.largest_radius_m) found.reset();
+  return found;
+}
+
+std::string why_not(const RouteScore& s, const std::optional<Alternative>& steadiest) {
+  const std::string best = steadiest
+                               ? fmt::format("{:.1f} m can be kept everywhere, on a way of {:.2f} km (steadiest).",
+                                             steadiest->score.largest_radius_m, steadiest->score.length_m / 1000)
+                               : "No other way keeps much less everywhere.";
   return fmt::format(
-      "no route was found that keeps {:g} m at {:g} % everywhere. The best misses it on {:.1f} % of its length, the "
-      "worst "
-      "stretch is {:.0f} to {:.0f} m after the start ({:.0f} m, {:.0f} s: {}), where {:.1f} m are reached.",
+      "no route was found that keeps {:g} m at {:g} % everywhere. The one that misses it over the least length does so "
+      "on {:.1f} % of it, the worst stretch is {:.0f} to {:.0f} m after the start ({:.0f} m, {:.0f} s: {}), where "
+      "{:.1f} m are reached. {}",
       s.requirement.radius_m, 100 * s.requirement.confidence, 100 * (1 - s.meeting), s.worst.start_m, s.worst.end_m,
-      s.worst.length_m(), s.worst.duration_s(), s.worst.reason, s.worst.radius_m);
+      s.worst.length_m(), s.worst.duration_s(), s.worst.reason, s.worst.radius_m, best);
 }
 
 }  // namespace
@@ -116,7 +146,10 @@ Suggestion suggest(const RouteProblem& problem, const SuggestOptions& options) {
   Suggestion suggestion;
   suggestion.alternatives = {shortest, suggested, safer};
   suggestion.met = suggestion.suggested().score.met;
-  if (!suggestion.met) suggestion.explanation = why_not(suggestion.suggested().score);
+  if (suggestion.met) return suggestion;
+  const std::optional<Alternative> best_kept = steadiest(problem, options, suggestion.suggested().score);
+  suggestion.explanation = why_not(suggestion.suggested().score, best_kept);
+  if (best_kept) suggestion.alternatives.push_back(*best_kept);
   return suggestion;
 }
 

@@ -17,7 +17,7 @@ struct SuggestOptions {
 
 /// One of the routes that are compared.
 struct Alternative {
-  std::string name;  ///< "straight", "suggested", "safer"
+  std::string name;  ///< "straight", "suggested", "safer", "steadiest"
   std::vector<Eigen::Vector2d> points;
   RouteScore score;
   bool allowed = true;  ///< by fences and altitude band
@@ -25,9 +25,11 @@ struct Alternative {
 };
 
 struct Suggestion {
-  std::vector<Alternative> alternatives;  ///< straight, suggested, safer
-  bool met = false;                       ///< the suggested route meets the requirement everywhere
-  std::string explanation;                ///< where and why not, and what the best route reaches; empty where it is met
+  /// Straight, suggested, safer; where the requirement cannot be met the one with the least largest error, if that
+  /// helps.
+  std::vector<Alternative> alternatives;
+  bool met = false;         ///< the suggested route meets the requirement everywhere
+  std::string explanation;  ///< where and why not, and what the best route reaches; empty where it is met
   const Alternative& suggested() const { return alternatives[1]; }
 };
 
