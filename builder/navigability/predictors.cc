@@ -51,19 +51,23 @@ class Structure {
     std::vector<cv::Mat> channels;
     cv::split(ab, channels);
     cv::sqrt(channels[0].mul(channels[0]) + channels[1].mul(channels[1]), length);
+    const cv::Mat squared = length.mul(length);
     cv::integral(length, lengths_, CV_64F);
+    cv::integral(squared, squares_, CV_64F);
+    cv::integral(squared.mul(length), cubes_, CV_64F);
     cv::integral(valid / 255, pixels_, CV_64F);
   }
 
   double pixels(const cv::Rect& r) const { return sum(pixels_, r); }
   double mean(const cv::Rect& r) const { return sum(lengths_, r) / std::max(pixels(r), 1.0); }
+  double crest(const cv::Rect& r) const { return sum(cubes_, r) / std::max(sum(squares_, r), 1e-3 * r.area()); }
 
  private:
   static double sum(const cv::Mat_<double>& s, const cv::Rect& r) {
     return s(r.y + r.height, r.x + r.width) - s(r.y, r.x + r.width) - s(r.y + r.height, r.x) + s(r.y, r.x);
   }
 
-  cv::Mat lengths_, pixels_;
+  cv::Mat lengths_, squares_, cubes_, pixels_;
 };
 
 /// A rectangle of an image that may reach beyond it: there, nothing is valid. West and north are relative to its
@@ -345,6 +349,7 @@ Predictors Witness::at(double east_m, double north_m, const Footprint& f, nav::M
     State::Date& date = alone ? *state_->alone(i).date : *state_->dates[i];
     out.coverage += share * date.structure.pixels(inside) / view.area();
     out.structure += share * date.structure.mean(inside);
+    out.crest += share * date.structure.crest(inside);
     const std::array<double, 4> least = date.information.least_covariance_px2(view, f.search_m / frame.gsd_m);
     for (size_t k = 0; k < 4; ++k) out.least_covariance_m2[k] += share * px2 * least[k];
     state_->match(date, place, cut(date.camera, place.square()), sums);
@@ -353,12 +358,15 @@ Predictors Witness::at(double east_m, double north_m, const Footprint& f, nav::M
     out.background = sums.background / sums.surfaces;
     out.look_alike = strongest_look_alike({sums.surface, place.east_m, place.north_m}, f.hit_m);
   }
-  if (alone) sums = state_->match_altered(state_->alone(shown[0]), place);
-  out.views = int(sums.logits.size());
+  if (alone && method == nav::Method::kOrientation) {
+    sums = state_->match_altered(state_->alone(shown[0]), place);
+    out.views = int(sums.logits.size());
+  }
+  const double count = double(sums.logits.size());
   out.least_logit = *std::ranges::min_element(sums.logits);
-  out.mean_logit = std::accumulate(sums.logits.begin(), sums.logits.end(), 0.0) / out.views;
-  out.found = sums.found / out.views;
-  out.accepted = sums.accepted / out.views;
+  out.mean_logit = std::accumulate(sums.logits.begin(), sums.logits.end(), 0.0) / count;
+  out.found = sums.found / count;
+  out.accepted = sums.accepted / count;
   if (sums.weight > 0)
     for (size_t i = 0; i < 4; ++i) out.covariance_m2[i] = sums.covariance_m2[i] / sums.weight;
   return out;

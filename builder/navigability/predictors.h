@@ -3,7 +3,8 @@
 //
 // Where the sources show a place on several dates, each date in turn is the camera, and the map is made of the others:
 // what the dates did to each other is what the next one will do. Where they show it on one, views are drawn as other
-// days may show it (altered_views.h), as many as it takes to be sure of their mean.
+// days may show it (altered_views.h), as many as it takes to be sure of their mean. For orientation alone: to the other
+// matchers drawn days are tamer than real ones, and the date is matched with itself.
 #pragma once
 
 #include <array>
@@ -36,14 +37,17 @@ struct Predictors {
   double template_px = 0;  ///< side of the view at the level that was matched
   double coverage = 0;     ///< share of the view that these dates show, in the mean
 
-  int views = 0;  ///< that were matched: one of every date; of a single one, altered ones
-  /// Of the likelihood that lies within `hit_m` of the truth: the view that fared worst, and the mean.
+  int views = 0;  ///< of other days that were matched; 0 where there are dates for it, and by matchers but orientation
+  /// Of the likelihood that lies within `hit_m` of the truth: the date or drawn view that fared worst, and the mean.
+  /// Without either meaningless.
   double least_logit = 0, mean_logit = 0;
-  double found = 0;     ///< share of the views that were found within `hit_m`
-  double accepted = 0;  ///< share of the views whose match passes the standard gate
+  double found = 0;     ///< share of the dates, or drawn views, that were found within `hit_m`
+  double accepted = 0;  ///< share of them whose match passes the standard gate
 
   /// Mean length of the orientation vectors in the view over its dates, 0 to 1 (features::orientation).
   double structure = 0;
+  /// Σ length³ / Σ length² there: how strong those are that decide.
+  double crest = 0;
   /// Mean score farther than 2·`hit_m` from the truth: high where everything in the region runs in one direction.
   double background = 0;
 

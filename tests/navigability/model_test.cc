@@ -16,6 +16,7 @@ Predictors usual() {
   p.least_logit = 0;
   p.mean_logit = 1.5;
   p.structure = 0.35;
+  p.crest = 0.7;
   p.background = 0.05;
   p.covariance_m2 = {30, 10, 10, 50};
   return p;
@@ -46,6 +47,11 @@ TEST(FixProbability, OneDateIsJudgedByWhatItShowsAndByViewsOfOtherDays) {
   EXPECT_GT(found, usually);
   p.structure = 0.6;
   EXPECT_GT(fix_probability(p), found);
+  const double edges = fix_probability(p, nav::Method::kEdge);
+  p.mean_logit = 9;
+  EXPECT_EQ(fix_probability(p, nav::Method::kEdge), edges) << "a date matched with itself proves nothing";
+  p.crest = 0.9;
+  EXPECT_GT(fix_probability(p, nav::Method::kEdge), edges);
 }
 
 TEST(FixProbability, NothingIsKnownWithoutADateAndNothingIsCertain) {
@@ -86,6 +92,15 @@ TEST(FixCovariance, ScalesWhatTheMatchesStatedAndHasAFloor) {
   EXPECT_DOUBLE_EQ(c[1], 0.5 * 10);
   EXPECT_EQ(c[1], c[2]);
   EXPECT_DOUBLE_EQ(c[3], 0.5 * 50 + 0.16 * 16);
+}
+
+TEST(FixCovariance, OfADateMatchedWithItselfIsFarTooSharp) {
+  Predictors alone = usual();
+  alone.dates = 1;
+  const auto itself = fix_covariance_m2(alone, 4);
+  alone.views = 3;
+  EXPECT_GT(itself[0], 4 * fix_covariance_m2(alone, 4)[0]);
+  EXPECT_DOUBLE_EQ(fix_covariance_m2(alone, 4)[0], 30 + 0.4 * 16) << "as the drawn views state it, and a floor";
 }
 
 TEST(FixCovariance, IsNowhereBelowTheBound) {

@@ -151,6 +151,16 @@ TEST(Witness, OneDateIsMatchedWithViewsOfOtherDays) {
   EXPECT_EQ(again.covariance_m2, roofs.covariance_m2);
 }
 
+TEST(Witness, ViewsAreDrawnForOrientationAlone) {
+  Witness witness(std::vector{fields(3, 0)}, nav::kMethods);
+  for (const nav::Method method : nav::kMethods) {
+    const Predictors p = witness.at(0, 0, kView, method);
+    EXPECT_EQ(p.views > 0, method == nav::Method::kOrientation) << nav::name_of(method);
+    EXPECT_GT(p.crest, p.structure) << nav::name_of(method) << ": the long ones weigh more";
+  }
+  EXPECT_EQ(Witness(std::vector{fields(3, 0), fields(3, 1)}).at(0, 0, kView).views, 0) << "there are dates";
+}
+
 TEST(Witness, MoreViewsAreDrawnWhereTheyDisagree) {
   EXPECT_EQ(judge({ground(cv::Mat(kSidePx, kSidePx, CV_8UC3, cv::Scalar(80, 120, 90)))}).views, kLeastViews)
       << "nothing to be seen on any day";

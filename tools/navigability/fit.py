@@ -5,7 +5,7 @@ Usage: fit.py SAMPLES.csv[.gz]... > builder/navigability/model_table.h      (nee
        fit.py --test SAMPLES.csv[.gz]...        figures of the probabilities that the samples carry
        fit.py --pack OUT.csv.gz SAMPLES.csv...  what the fit needs and no more; the same bytes for the same samples
 
-Logistic regressions on the evidence of each matcher, one for places that several dates show and one for a single date.
+Logistic regressions on the evidence of each matcher, one for places that several dates show, one for a single date.
 Slopes whose sign is known keep it or drop out. Every world weighs the same.
 """
 import csv
@@ -17,9 +17,10 @@ import numpy as np
 
 LEAST_STRUCTURE = 0.03  # so much may be noise
 RIDGE = 50 / 1e4  # per sample's weight of one, on standardised features
-KEPT = "method ground dates template_px least_logit mean_logit structure background hit".split()
+KEPT = "method ground dates template_px least_logit mean_logit structure crest background hit".split()
 METHODS = "gray edge contour orientation".split()  # as nav::Method counts them
-SIGNS = {"several": (1, 1, 1, -1, 1, -1), "one": (1, -1, 1, 1, -1)}
+DRAWN = "orientation"  # for which views of other days are drawn where there is one date
+SIGNS = {"several": (1, 1, 1, -1, 1, -1), "views": (1, -1, 1, 1, -1), "one": (1, -1, 1, 1)}
 
 
 def rows_of(paths):
@@ -49,6 +50,8 @@ def pack(out, paths):
 def features(t, kind):
     size, structure = np.log(t["template_px"] / 40), np.log(t["structure"] + LEAST_STRUCTURE)
     if kind == "one":
+        return np.stack([t["structure"], t["background"], t["crest"], size], axis=1)
+    if kind == "views":
         return np.stack([structure, t["background"], t["mean_logit"], size, t["mean_logit"] * size], axis=1)
     dates = np.maximum(t["dates"], 2)
     return np.stack([t["least_logit"], t["mean_logit"], structure, t["background"], size, 1 / (dates * (dates - 1))], axis=1)
@@ -116,9 +119,9 @@ def report_all(p, t):
 
 
 def fit_method(t, method):
-    """Rows for several dates and for one."""
+    """Rows for several dates, and for one or for views drawn of it."""
     rows = {}
-    for kind, which in (("several", t["dates"] > 1), ("one", t["dates"] == 1)):
+    for kind, which in (("several", t["dates"] > 1), ("views" if method == DRAWN else "one", t["dates"] == 1)):
         some = part(t, which & (t["method"] == method))
         x, y = features(some, kind), some["hit"]
         _, group, count = np.unique(some["ground"], return_inverse=True, return_counts=True)
@@ -129,6 +132,11 @@ def fit_method(t, method):
 
 def numbers(row):
     return "{" + ", ".join(f"{b:.6g}" for b in row) + "}"
+
+
+def print_rows(name, rows):
+    lines = ",\n".join(f"    {numbers(row)}" for row in rows)
+    print(f"inline constexpr double {name}[{len(rows)}][{len(rows[0])}] = {{\n{lines}}};")
 
 
 def main(args):
@@ -147,11 +155,12 @@ def main(args):
     print("/// Logistic regression on (1, least logit, mean logit, log (structure + kLeastStructure), background,")
     print("/// log template / 40 px, 1 / (n (n - 1))), n dates; rows by nav::Method.")
     print(f"inline constexpr double kLeastStructure = {LEAST_STRUCTURE};")
-    for name, kind, size in (("kSeveralDates", "several", 7), ("kOneDate", "one", 6)):
-        if kind == "one":
-            print("/// The same on (1, log (structure + kLeastStructure), background, mean logit, log template / 40 px, mean logit times\n/// that).")
-        lines = ",\n".join(f"    {numbers(rows[method][kind])}" for method in METHODS)
-        print(f"inline constexpr double {name}[{len(METHODS)}][{size}] = {{\n{lines}}};")
+    print_rows("kSeveralDates", [rows[method]["several"] for method in METHODS])
+    print("/// Where there is one date: on (1, structure, background, crest, log template / 40 px).")
+    print_rows("kOneDate", [rows[method]["one"] for method in METHODS if method != DRAWN])
+    print("/// By drawn views, of orientation: on (1, log (structure + kLeastStructure), background, mean logit, log template / 40")
+    print("/// px, mean logit times that).")
+    print(f"inline constexpr double kDrawnViews[{len(rows[DRAWN]['views'])}] = {numbers(rows[DRAWN]['views'])};")
     print("\n}  // namespace landfix::navigability")
 
 

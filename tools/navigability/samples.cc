@@ -138,7 +138,7 @@ nav::Registration registered(nav::Registrar& registrar, const GridImage& patch, 
 nav::Method evidence_of(const std::optional<nav::Method>& method) { return method.value_or(nav::Method::kOrientation); }
 
 const char* const kHeader =
-    "method,ground,camera,dates,age_years,template_px,least_logit,mean_logit,structure,background,views,found,"
+    "method,ground,camera,dates,age_years,template_px,least_logit,mean_logit,structure,crest,background,views,found,"
     "accepted,"
     "covariance_ee,covariance_en,covariance_nn,gsd_m,hit,east_error_m,north_error_m,fix_accepted,probability,east_m,"
     "north_m\n";
@@ -177,14 +177,15 @@ class Grid {
       const bool answered = r.status == nav::Status::kOk || r.status == nav::Status::kImprobable;
       const double de = r.peak.east_m - east_m, dn = r.peak.north_m - north_m;
       const auto& c = p.covariance_m2;
-      fmt::print(rows_,
-                 "{},{},{},{},{:.2f},{},{:.4f},{:.4f},{:.5f},{:.5f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f},"
-                 "{:.3f},{},{:.5f},{:.1f},{:.1f}\n",
-                 name, ground_.name, camera, p.dates, age_years, p.template_px, p.least_logit, p.mean_logit,
-                 p.structure, p.background, p.views, p.found, p.accepted, c[0], c[1], c[3], image.gsd_m,
-                 int(answered && std::hypot(de, dn) <= f.hit_m), answered ? de : 0, answered ? dn : 0,
-                 int(r.status == nav::Status::kOk), navigability::fix_probability(p, evidence_of(what_.method)), east_m,
-                 north_m);
+      fmt::print(
+          rows_,
+          "{},{},{},{},{:.2f},{},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f},"
+          "{:.3f},{},{:.5f},{:.1f},{:.1f}\n",
+          name, ground_.name, camera, p.dates, age_years, p.template_px, p.least_logit, p.mean_logit, p.structure,
+          p.crest, p.background, p.views, p.found, p.accepted, c[0], c[1], c[3], image.gsd_m,
+          int(answered && std::hypot(de, dn) <= f.hit_m), answered ? de : 0, answered ? dn : 0,
+          int(r.status == nav::Status::kOk), navigability::fix_probability(p, evidence_of(what_.method)), east_m,
+          north_m);
     });
   }
 
