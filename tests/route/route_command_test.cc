@@ -197,6 +197,11 @@ TEST_F(RouteCommand, ReplacesNothingButFiles) {
   }
 }
 
+TEST_F(RouteCommand, SaysWhereTheGroundIsAssumed) {
+  write_line();
+  EXPECT_NE(run("score line.geojson").out.find("taken for a plane 400 m above the ellipsoid"), std::string::npos);
+}
+
 // Half on the map: scored, with the share that is not.
 TEST_F(RouteCommand, ScoresRoutesThatLeaveTheMap) {
   write_line(4000, 8000);

@@ -52,6 +52,11 @@ RouteSetup::RouteSetup(const RouteArguments& a)
       flight(flight_options(a, info)),
       score(a.score) {
   prepare_layers(pack, a.map, std::array{"height"});
+  if (!pack.find_layer("height"))
+    fmt::print(stderr,
+               "{}: no heights: the ground is taken for a plane {:g} m above the ellipsoid, and heights above ground "
+               "are those above it (landfix build --dem)\n",
+               a.map, info.plane_height_m);
   heights.ground_m = [this](double east_m, double north_m) -> std::optional<double> {
     const route::Extent e = navigability->extent();
     return e.holds(east_m, north_m) ? ground.ground_height_m(east_m, north_m) : std::nullopt;
